@@ -74,6 +74,16 @@ _FACTORS = {
 }
 """How many of an SI unit each usual unit is (SI Brochure, tables 2 to 8; NIST SP 811 B.8)."""
 
+ATMOSPHERE = 101_325.0
+"""Pressure from which gauge pressures count [Pa] (standard atmosphere, ISO 2533)."""
+
+_GAUGE = re.compile(
+    r"(?P<unit>[kM]?Pa|m?bar|psi)(?:(?P<bare>[ga])|[\s_]*\(?\s*(?P<word>g|a|gauge|abs|rel)\s*\)?)"
+)
+"""Pressures that say from where they count: barg, bar(g), bar(a), psia, kPa abs."""
+
+_WITH_REFERENCE = re.compile(rf"{_NUMBER}((?:{_GAUGE.pattern}))\s*")
+
 _MISTAKABLE = ("Pa", "m", "m^3/s", "A", "N", "kg", "s", "Hz")
 """Whose usual units are taken for units of something else by mistake."""
 
@@ -129,6 +139,14 @@ def _read(text: str) -> "pint.Quantity[float]":
     return _registry().Quantity(number, f"1{unit}" if unit.startswith("/") else unit)
 
 
+def _absolute(unit: str) -> tuple[str, float]:
+    """Return the unit of an absolute pressure, and what zero of the written one is [Pa]."""
+    match = _GAUGE.fullmatch(unit.strip())
+    if match is None:
+        return unit, 0.0
+    return match["unit"], ATMOSPHERE if (match["bare"] or match["word"])[0] in "gr" else 0.0
+
+
 class _OtherDimensionError(ValueError):
     """A quantity is one of something else; its text is a word for that."""
 
@@ -140,6 +158,9 @@ def _value(text: str, unit: str) -> float:
         ValueError, pint.PintError: if the text is no quantity, or one of something else.
 
     """
+    if unit == "Pa" and (above := _WITH_REFERENCE.fullmatch(text)):
+        plain, atmosphere = _absolute(above[2])
+        return _value(f"{above[1]} {plain}", unit) + atmosphere
     number, written = _parts(text)
     known = _FACTORS.get(unit, {}).get(written)
     if known is not None:
@@ -200,13 +221,29 @@ def to_si(text: object, unit: str, example: str = "") -> float:
 
 
 def factor(unit: str, shown: str) -> float:
-    """Return how many SI `unit` one `shown` unit is; both must be without offset.
+    """Return how many SI `unit` one `shown` unit is; both must be without offset, unlike bar(g).
 
     Raises:
         ValueError, pint.PintError: if `shown` is no unit, or one of something else.
 
     """
-    return _value(f"1 {shown}", unit)
+    plain, above = _absolute(shown)
+    if above:
+        raise ValueError(f"{shown} counts from the pressure of the atmosphere")
+    return _value(f"1 {plain}", unit)
+
+
+def scale_and_offset(unit: str, shown: str) -> tuple[float, float]:
+    """Return (scale, offset): a value v of `shown` is scale v + offset of SI `unit`.
+
+    The offset is that of gauge pressures, such as bar(g), barg and psig.
+
+    Raises:
+        ValueError, pint.PintError: if `shown` is no unit, or one of something else.
+
+    """
+    plain, above = _absolute(shown)
+    return factor(unit, plain), above
 
 
 _BASE = {

@@ -1,19 +1,22 @@
 """Recorded data of every kind as experiments: tables, the emulator's journals, CAN captures."""
 
-from collections.abc import Mapping, Sequence
+import functools
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from hil_emulator.bus import log_endings
+from hil_emulator.bus.log_content import content, plain
 from hil_emulator.captures.carrier import Carrier
 from hil_emulator.config.load import Configuration
 from hil_emulator.config.one_supply import supply_effects
 from hil_emulator.errors import UserError
-from hil_emulator.identify.measured import formats
+from hil_emulator.identify.measured import bus_logging, formats
 from hil_emulator.identify.measured.data import experiments as experiments_of
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.measured.formats.table import LogColumn, LogTable
-from hil_emulator.identify.measured.reading import MeasuredFile, digest_of, read, recording
+from hil_emulator.identify.measured.formats.table import LogColumn, LogTable, label
+from hil_emulator.identify.measured.reading import MeasuredFile, digest_of, recording
+from hil_emulator.identify.measured.stated import Stated
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.recording import SUFFIX, journal
 
@@ -30,8 +33,13 @@ class Meaning:
         sheets: EDS and DCF files that do.
         node_ids: node-IDs of those that are EDS files, in their order.
         names: channel by the name that the data have for it, where they differ.
+        units: unit by the name that the data have, where they state none.
         headings: names and units of the columns of files that do not tell.
-        rated_current: what 100 % of a set point that is a share are [A].
+        set_point_first: whether the current of a table's row acted before its readings; None where
+            the file says it, or nothing does.
+        rated_current: what 100 % or the full scale of a set point is [A].
+        full_scale: what a set point is at the rated current [V].
+        bus: channel of captures whose frames count; None for all.
 
     """
 
@@ -39,15 +47,19 @@ class Meaning:
     sheets: Sequence[Path] = ()
     node_ids: Sequence[int] = ()
     names: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
     headings: Sequence[str] = ()
     rated_current: float | None = None
+    full_scale: float | None = None
+    bus: str | None = None
+    set_point_first: bool | None = None
 
 
 def experiments(files: Sequence[Path], config: Configuration, meaning: Meaning) -> list[Experiment]:
-    """Read experiments.
+    """Read experiments; what a file is, its content says.
 
     Args:
-        files: tables, journals and captures.
+        files: tables, journals and captures, which may be compressed (.gz).
         config: its nodes say what captured frames mean, where nothing else does.
         meaning: what the user says of the data.
 
@@ -55,53 +67,96 @@ def experiments(files: Sequence[Path], config: Configuration, meaning: Meaning) 
         UserError: if a file cannot be used.
 
     """
-    carriers, sync_id = _carriers(files, config, meaning)
+    described = functools.cache(lambda: _carriers(config, meaning))
     found: list[Experiment] = []
     for file in files:
-        ending = file.suffix.lower()
-        if ending in log_endings.SUFFIXES:
-            # slow to import, and tables need none of it
-            from hil_emulator.captures import capture
-
-            digest = digest_of(file)
-            table = capture.read(file, carriers, sync_id, meaning.rated_current)
-            found += experiments_of(recording(file, table, digest))
-        elif ending == SUFFIX:
+        if file.suffix.lower() == SUFFIX:
             found += experiments_of(_journal(file, config))
-        elif ending in formats.ENDINGS:
-            found += experiments_of(read(file, meaning.names, meaning.headings))
-        else:
-            raise UserError(f"{file}: unknown ending; recorded data end in {', '.join(ENDINGS)}")
+            continue
+        digest = digest_of(file)
+        with plain(file) as inner:
+            found += experiments_of(_measured(file, inner, digest, described, meaning))
     return found
 
 
-def pairs(options: Sequence[str]) -> dict[str, str]:
-    """Return channel by name from options such as `position=CylPos`.
+def _measured(
+    file: Path, inner: Path, digest: str, described: Callable[[], tuple[list[Carrier], int]],
+    meaning: Meaning,
+) -> MeasuredFile:  # fmt: skip
+    """Return what a capture or a table holds.
+
+    Args:
+        file: its name.
+        inner: the same unpacked.
+        digest: of the file.
+        described: returns what captured frames mean, and the identifier of SYNC.
+        meaning: what the user says of the data.
+
+    """
+    stated = Stated(rated_current=meaning.rated_current, full_scale=meaning.full_scale)
+    if is_capture(inner):
+        # slow to import, and tables need none of it
+        from hil_emulator.captures import capture
+
+        table = capture.read(inner, *described(), meaning.bus)
+    else:
+        table = formats.read(inner, meaning.headings)
+        if bus_logging.holds_frames(table):
+            from hil_emulator.captures import capture, logged_frames
+
+            frames = logged_frames.of_table(table)
+            table = capture.explained(inner, frames, *described(), meaning.bus)
+        else:
+            stated = replace(stated, names=meaning.names, units=meaning.units)
+    return _ordered(recording(file, table, digest, stated), meaning)
+
+
+def is_capture(file: Path) -> bool:
+    """Return whether a file is a log of frames: by its content, or by an ending of no table."""
+    if content(file):
+        return True
+    ending = file.suffix.lower()
+    return ending in log_endings.SUFFIXES and ending not in formats.ENDINGS
+
+
+def _ordered(measured: MeasuredFile, meaning: Meaning) -> MeasuredFile:
+    """Return a file with the order of set point and readings in a row that the user states.
+
+    A file that states it itself, such as a capture with the frames of the set point, stays.
+    """
+    if measured.set_point_first is not None:
+        return measured
+    return replace(measured, set_point_first=meaning.set_point_first)
+
+
+def pairs(options: Sequence[str]) -> tuple[dict[str, str], dict[str, str]]:
+    """Return channel by name, and unit by name, from options such as `position=CylPos [mm]`.
 
     Raises:
         UserError: for one without "=".
 
     """
-    found = {}
+    found, units = {}, {}
     for text in options:
         channel, equals, name = text.partition("=")
         if not equals or not name.strip():
-            raise UserError(f"--channel {text}: write CHANNEL=NAME, such as position=CylPos")
-        found[name.strip()] = channel.strip()
-    return found
+            raise UserError(f'--channel {text}: write CHANNEL=NAME, such as "position=CylPos [mm]"')
+        plain, unit = label(name)
+        found[plain] = channel.strip()
+        if unit is not None:
+            units[plain] = unit
+    return found, units
 
 
-def _carriers(
-    files: Sequence[Path], config: Configuration, meaning: Meaning
-) -> tuple[list[Carrier], int]:
+def _carriers(config: Configuration, meaning: Meaning) -> tuple[list[Carrier], int]:
     """Return what captured frames mean, and the identifier of SYNC."""
-    if not any(file.suffix.lower() in log_endings.SUFFIXES for file in files):
-        return [], 0
     # slow to import, too
     from hil_emulator.captures import by_database, by_dictionary
     from hil_emulator.simulation.node_factory import nodes
 
-    found = [c for f in meaning.databases for c in by_database.from_file(f, meaning.names)]
+    found = [
+        c for f in meaning.databases for c in by_database.from_file(f, meaning.names, meaning.units)
+    ]
     found += by_dictionary.from_files(meaning.sheets, meaning.node_ids)
     made = nodes(config, [channel.name for channel in CHANNELS])
     sync_id = by_dictionary.sync_id(made[0].dictionary) if made else by_dictionary.SYNC

@@ -9,12 +9,13 @@ import numpy as np
 from hil_emulator.api.tables import SET_POINT_FIRST, TIME, UNITS, frame
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured import formats
+from hil_emulator.identify.measured.channel_names import KNOWN
 from hil_emulator.identify.measured.data import experiments
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.measured.formats.table import LogColumn, LogTable, label
-from hil_emulator.identify.measured.reading import KNOWN, digest_of, recording
+from hil_emulator.identify.measured.reading import digest_of, recording
 from hil_emulator.recording import SUFFIX, journal
-from hil_emulator.units import factor
+from hil_emulator.units import scale_and_offset
 
 if TYPE_CHECKING:
     import pandas
@@ -68,7 +69,7 @@ def as_experiments(table: "pandas.DataFrame", number: int) -> list[Experiment]:
         values = flat[heading].to_numpy(float)
         columns.append(LogColumn(name, units.get(name, unit), values))
     digest = hashlib.sha256(b"".join(np.ascontiguousarray(c.values).tobytes() for c in columns))
-    held = LogTable(tuple(columns), bool(table.attrs.get(SET_POINT_FIRST, False)))
+    held = LogTable(tuple(columns), table.attrs.get(SET_POINT_FIRST))
     file = Path(table.attrs.get("name", f"table {number}"))
     return experiments(recording(file, held, digest.hexdigest()[:16]))
 
@@ -79,9 +80,9 @@ def _in_si(file: Path, column: LogColumn) -> LogColumn:
         return column
     unit = KNOWN[column.name]
     try:
-        scale = factor(unit, column.unit)
+        scale, offset = scale_and_offset(unit, column.unit)
     except Exception:  # pint answers a wrong or unknown unit with many kinds of exception
         raise UserError(
             f"{file}: column {column.name}: {column.unit} is no unit of {unit}"
         ) from None
-    return LogColumn(column.name, unit, scale * column.values)
+    return LogColumn(column.name, unit, scale * column.values + offset)

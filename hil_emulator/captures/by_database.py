@@ -1,5 +1,6 @@
 """What frames mean by a DBC, or another database of messages that cantools reads."""
 
+import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -8,10 +9,13 @@ from typing import Any
 import cantools
 
 from hil_emulator import input_files
-from hil_emulator.captures.carrier import COUNTER, SHARE, Carrier, Signal, channel_of
+from hil_emulator.captures.carrier import COUNTER, Carrier, Signal, channel_of
 from hil_emulator.device.pdo import SYNC_CYCLIC_MAX
 from hil_emulator.errors import UserError
-from hil_emulator.identify.measured.reading import KNOWN, SET_POINT
+from hil_emulator.identify.measured.channel_names import KNOWN, SET_POINT
+from hil_emulator.identify.measured.stated import SHARE
+
+NO_UNITS: Mapping[str, str] = {}
 
 _TRANSMISSION = re.compile(r"transmission type (\d+)")
 """How this project's own DBC files state a PDO's transmission type, in a message's comment."""
@@ -20,12 +24,15 @@ _SET_POINTS = ("set_point", "set point")
 """What CiA 408 calls the set point of a valve driver, as a DBC signal."""
 
 
-def from_file(file: Path, names: Mapping[str, str]) -> list[Carrier]:
+def from_file(
+    file: Path, names: Mapping[str, str], units: Mapping[str, str] = NO_UNITS
+) -> list[Carrier]:
     """Return the messages of a database that carry known channels.
 
     Args:
         file: a DBC, KCD, SYM or ARXML file.
         names: channel by the signal that the database has for it, where they differ.
+        units: unit by signal, where the database states none.
 
     Raises:
         UserError: if it cannot be read, or no signal is known.
@@ -34,7 +41,7 @@ def from_file(file: Path, names: Mapping[str, str]) -> list[Carrier]:
     try:
         input_files.check(file, input_files.DATABASE)
         database: Any = cantools.database.load_file(file, strict=False)
-        found = [_carrier(message, names) for message in database.messages]
+        found = [_carrier(message, names, units) for message in database.messages]
     except UserError:
         raise
     except Exception as error:  # cantools answers damage with many kinds of exception
@@ -44,8 +51,8 @@ def from_file(file: Path, names: Mapping[str, str]) -> list[Carrier]:
     if not useful:
         known = sorted({s.name for m in database.messages for s in m.signals})
         raise UserError(
-            f"{file}: none of its signals is a known channel: {', '.join(known[:20])}; tell their "
-            "meaning with --channel position=NAME"
+            f"{file}: none of its signals is a known channel: {', '.join(known[:20])}; state their "
+            'meaning with --channel "position=NAME [mm]"'
         )
     return useful
 
@@ -64,13 +71,13 @@ def _check_places(message: Any) -> None:
             )
 
 
-def _carrier(message: Any, names: Mapping[str, str]) -> Carrier:
+def _carrier(message: Any, names: Mapping[str, str], units: Mapping[str, str]) -> Carrier:
     signals = []
     modulus = 0
     for signal in message.signals:
-        unit = str(signal.unit or "") or None
+        unit = units.get(signal.name) or str(signal.unit or "") or None
         name = names.get(signal.name) or _channel(signal.name, unit or "")
-        signals.append(Signal(name, unit, signal.name))
+        signals.append(Signal(name, unit, signal.name, _names(signal), _range(signal)))
         if name == COUNTER:
             modulus = 1 << signal.length
     stated = _TRANSMISSION.search(str(message.comment or ""))
@@ -82,8 +89,23 @@ def _carrier(message: Any, names: Mapping[str, str]) -> Carrier:
     return Carrier(
         message.name, message.frame_id, bool(message.is_extended_frame), 1,
         tuple(signals) if useful else (), lambda data: _decoded(message, data),
-        synchronous=synchronous, counter_modulus=modulus,
+        synchronous=synchronous, counter_modulus=modulus, any_source=message.is_extended_frame,
     )  # fmt: skip
+
+
+def _names(signal: Any) -> dict[float, str]:
+    """Return the words that a value table has for values, by value."""
+    scaled = signal.conversion.raw_to_scaled
+    choices = signal.choices or {}
+    return {float(scaled(raw, decode_choices=False)): str(name) for raw, name in choices.items()}
+
+
+def _range(signal: Any) -> tuple[float, float]:
+    """Return the stated minimum and maximum, half a digit wider; infinite where there is none."""
+    half = 0.5 * abs(float(signal.scale))
+    low, high = (-math.inf if signal.minimum is None else float(signal.minimum) - half,
+                 math.inf if signal.maximum is None else float(signal.maximum) + half)  # fmt: skip
+    return low, high
 
 
 def _channel(name: str, unit: str) -> str:

@@ -14,7 +14,7 @@ from hil_emulator.device.pdo import EVENT_MANUFACTURER, SYNC_CYCLIC_MAX, PdoPara
 from hil_emulator.device.pdo_records import MAX_PDOS, RPDO_COMMUNICATION, TPDO_COMMUNICATION
 from hil_emulator.device.set_points import SAFE_SUFFIX
 from hil_emulator.errors import UserError
-from hil_emulator.identify.measured.reading import KNOWN, SET_POINT
+from hil_emulator.identify.measured.channel_names import KNOWN, SET_POINT
 
 FULL_SCALE = 16384
 """Digits of 100 % (CiA 408)."""

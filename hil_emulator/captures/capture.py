@@ -1,19 +1,22 @@
 """A capture as a table of channels: one row per sample of the device."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from hil_emulator.bus import frame_log
-from hil_emulator.captures import samples
-from hil_emulator.captures.carrier import SHARE, Carrier
+from hil_emulator.bus.frame_log import Captured
+from hil_emulator.captures import samples, text_frames
+from hil_emulator.captures.carrier import Carrier
+from hil_emulator.captures.channels import of_channel
 from hil_emulator.captures.traffic import Places, Stream, Traffic, sort
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
+from hil_emulator.identify.measured.channel_names import KNOWN, SET_POINT, TIME
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.measured.formats.table import LogColumn, LogTable
-from hil_emulator.identify.measured.reading import KNOWN, SET_POINT, TIME
 
 LONGEST = 1_000_000
 """Samples of one capture; more is an error in its times (assumed: a quarter of an hour)."""
@@ -22,23 +25,36 @@ _SHOWN = 12  # identifiers named in a message
 
 
 def read(
-    file: Path, carriers: Sequence[Carrier], sync_id: int, rated_current: float | None = None
+    file: Path, carriers: Sequence[Carrier], sync_id: int, channel: str | None = None
 ) -> LogTable:
     """Read a capture.
 
     Args:
-        file: BLF, ASC or candump's log.
+        file: a log of frames of any kind, see `log_content`.
         carriers: what its frames mean.
         sync_id: identifier of SYNC.
-        rated_current: what 100 % of a set point that is a share are [A].
+        channel: the one whose frames count; None for all, if no identifier comes from two.
 
     Raises:
         UserError: if it cannot be read, or holds no known channel.
 
     """
-    frames = ((now_ns, frame) for now_ns, frame in frame_log.captured(file))
+    kind = frame_log.kind_of(file)
+    texts = text_frames.is_one(file, kind)
+    frames = text_frames.read(file, kind) if texts else list(frame_log.captured(file))
+    found = explained(file, frames, carriers, sync_id, channel)
+    if kind != "table":
+        return found
+    return replace(found, notes=("a table of frames, a row for each", *found.notes))
+
+
+def explained(
+    file: Path, frames: Sequence[Captured], carriers: Sequence[Carrier], sync_id: int,
+    channel: str | None = None,
+) -> LogTable:  # fmt: skip
+    """Turn the frames of a file into a table; see `read`."""
     try:
-        return table(frames, carriers, sync_id, rated_current)
+        return table(of_channel(frames, channel), carriers, sync_id)
     except UserError as error:
         text = str(error)
         raise UserError(text if text.startswith(str(file)) else f"{file}: {text}") from None
@@ -48,7 +64,6 @@ def table(
     frames: Iterable[tuple[int, Frame]],
     carriers: Sequence[Carrier],
     sync_id: int,
-    rated_current: float | None,
 ) -> LogTable:
     """Turn frames with their times [ns] into a table.
 
@@ -76,13 +91,18 @@ def table(
     for name, (stream, key, unit) in readings.items():
         values = _values(stream, key, numbers[id(stream)], reference, number, rows)
         columns.append(LogColumn(name, unit, values))
-    if SET_POINT in chosen:
+    commanded = SET_POINT in chosen and id(chosen[SET_POINT][0]) not in streams
+    if SET_POINT in chosen and not commanded:  # a report among readings, as in a row of a table
+        stream, key, unit = chosen[SET_POINT]
+        reported = _values(stream, key, numbers[id(stream)], reference, number, rows)
+        columns.append(LogColumn(SET_POINT, unit, reported))
+    if commanded:
         stream, key, unit = chosen[SET_POINT]
         first = samples.first_places(together, rows)
         time = np.interp(np.arange(rows), number, reference.time)
         current = samples.set_points(stream, key, first, time, traffic.syncs, notes)
-        columns.append(_current(current, unit, rated_current))
-    return LogTable(tuple(columns), set_point_first=True, notes=tuple(notes))
+        columns.append(LogColumn(SET_POINT, unit, current))
+    return LogTable(tuple(columns), set_point_first=commanded or None, notes=tuple(notes))
 
 
 def _chosen(traffic: Traffic) -> dict[str, tuple[Stream, str, str | None]]:
@@ -114,19 +134,8 @@ def _values(
     return out
 
 
-def _current(values: Array, unit: str | None, rated_current: float | None) -> LogColumn:
-    if unit != SHARE:
-        return LogColumn(SET_POINT, unit, values)
-    if rated_current is None:
-        raise UserError(
-            "the set point is a share of the rated current, which nothing states; "
-            'give --rated-current "10 mA"'
-        )
-    return LogColumn(SET_POINT, "A", values * rated_current / 100.0)
-
-
 def _remarks(traffic: Traffic) -> list[str]:
-    notes = []
+    notes = [*traffic.remarks]
     if traffic.short:
         notes.append(f"{traffic.short} frames were too short for their PDO, and left out")
     for stream in traffic.streams.values():

@@ -1,17 +1,14 @@
 """Frames that carry channels, whatever says so."""
 
+import math
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from hil_emulator.identify.measured.reading import KNOWN, TIME
-from hil_emulator.units import factor
+from hil_emulator.identify.measured.channel_names import KNOWN, TIME, fits
 
 COUNTER = "sample_counter"
 """A signal that counts the device's samples, if it sends one: it tells which frames are lost."""
-
-SHARE = "%"
-"""Unit of a set point that is a share of the rated current."""
 
 _WORD = re.compile(r"[ _]")
 
@@ -24,12 +21,16 @@ class Signal:
         name: the channel; or as its source calls it, if that is no channel.
         unit: of the value; "1" for a plain number, None where the source states none.
         key: finds the value in what the carrier decodes.
+        names: words for values that are no readings, such as "Error", by value.
+        range: least and greatest value of a reading.
 
     """
 
     name: str
     unit: str | None
     key: str
+    names: Mapping[float, str] = field(default_factory=dict)
+    range: tuple[float, float] = (-math.inf, math.inf)
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,8 @@ class Carrier:
         safe: what acts without a valid set point, in its unit; None where it is unknown.
         period: of the device's own timer [s]; 0 where it is unknown.
         counter_modulus: where the sample counter begins anew; 0 without one.
+        any_source: whether a frame of another J1939 source address with the same parameter group
+            is this one, too.
 
     """
 
@@ -62,6 +65,7 @@ class Carrier:
     safe: float | None = None
     period: float = 0.0
     counter_modulus: int = 0
+    any_source: bool = False
 
 
 def channel_of(name: str, unit: str) -> str:
@@ -74,14 +78,6 @@ def channel_of(name: str, unit: str) -> str:
         return name
     longest = sorted((n for n in KNOWN if n != TIME), key=len, reverse=True)
     for known in longest:
-        if name.startswith(known) and _WORD.match(name[len(known) :]) and _fits(known, unit):
+        if name.startswith(known) and _WORD.match(name[len(known) :]) and fits(known, unit):
             return known
     return name
-
-
-def _fits(channel: str, unit: str) -> bool:
-    try:
-        factor(KNOWN[channel], unit)
-    except Exception:  # pint answers a wrong or unknown unit with many kinds of exception
-        return False
-    return True

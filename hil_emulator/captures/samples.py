@@ -6,8 +6,8 @@ import numpy as np
 
 from hil_emulator.captures.traffic import Places, Stream
 from hil_emulator.errors import UserError
+from hil_emulator.identify.measured.channel_names import SET_POINT
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.measured.reading import SET_POINT
 
 DRIFT = 0.02
 """Relative change of the period that no clock of a device makes (crystals: 1e-4)."""

@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hil_emulator.captures.carrier import COUNTER, Carrier
+from hil_emulator.captures.parameter_groups import by_parameter_group
 from hil_emulator.frame import Frame
+from hil_emulator.identify.measured.channel_names import KNOWN
 from hil_emulator.identify.measured.experiment import Array
 
 Places = np.ndarray[tuple[int], np.dtype[np.int64]]
@@ -53,6 +55,7 @@ class Traffic:
         short: frames that were shorter than they must be.
         others: identifiers that nothing is known of.
         emergencies: emergency error codes, each with how often it came.
+        remarks: what was left out or taken for something, in words.
 
     """
 
@@ -61,6 +64,7 @@ class Traffic:
     short: int = 0
     others: set[int] = field(default_factory=set)
     emergencies: dict[int, int] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
 
 
 def sort(frames: Iterable[tuple[int, Frame]], carriers: Iterable[Carrier], sync_id: int) -> Traffic:
@@ -77,10 +81,12 @@ def sort(frames: Iterable[tuple[int, Frame]], carriers: Iterable[Carrier], sync_
         known.setdefault((carrier.can_id, carrier.extended), carrier)
     rows: dict[tuple[int, bool], list[tuple[float, ...]]] = {}
     traffic = Traffic({}, np.zeros(0, np.int64))
+    frames = sorted(frames, key=lambda item: item[0])
+    traffic.remarks += by_parameter_group(known, {f.can_id for _, f in frames if f.extended})
     syncs: list[int] = []
     origin: int | None = None
     # a logger may hand on late what it has stamped in time; at the same time its order counts
-    for place, (now_ns, frame) in enumerate(sorted(frames, key=lambda item: item[0])):
+    for place, (now_ns, frame) in enumerate(frames):
         origin = now_ns if origin is None else origin
         key = frame.can_id, frame.extended
         found = known.get(key)
@@ -96,7 +102,32 @@ def sort(frames: Iterable[tuple[int, Frame]], carriers: Iterable[Carrier], sync_
             rows.setdefault(key, []).append((now_ns - origin, place, *values))
     traffic.syncs = np.array(syncs, np.int64)
     traffic.streams = {key: _stream(known[key], found) for key, found in rows.items()}
+    for stream in traffic.streams.values():
+        traffic.remarks += _without_others(stream)
     return traffic
+
+
+def _without_others(stream: Stream) -> list[str]:
+    """Take what is no reading by the database out of a stream, and say what that was."""
+    said = []
+    for signal in stream.carrier.signals:
+        values = stream.values[signal.key]
+        low, high = signal.range
+        named = np.isin(values, list(signal.names))
+        beyond = ((values < low) | (values > high)) & ~named
+        if signal.name not in KNOWN or not (named | beyond).any():
+            continue
+        words = sorted({signal.names[v] for v in np.unique(values[named]).tolist()})
+        if words:
+            said.append(f"{signal.name}: {int(named.sum())} values are no readings but "
+                        f"{', '.join(repr(word) for word in words)}; left out")  # fmt: skip
+        if beyond.any():
+            said.append(
+                f"{signal.name}: {int(beyond.sum())} of {len(values)} values are outside the "
+                f"{low:.6g} ... {high:.6g} {signal.unit or ''} that its database states; left out"
+            )
+        values[named | beyond] = np.nan
+    return said
 
 
 def _other(traffic: Traffic, frame: Frame, syncs: list[int], place: int, sync_id: int) -> None:

@@ -29,9 +29,11 @@ def _lean(*files: Path) -> None:
 def _meaning(options: dict[str, Any]) -> Any:
     from hil_emulator.api.logs import Meaning, pairs
 
-    names = pairs(options.pop("channels"))
+    names, units = pairs(options.pop("channels"))
+    acts = options.pop("current_acts")
+    options["set_point_first"] = None if acts is None else acts == "before"
     headings = [cell.strip() for cell in options.pop("columns").split(",") if cell.strip()]
-    return Meaning(names=names, headings=headings, **options)
+    return Meaning(names=names, units=units, headings=headings, **options)
 
 
 def _course(options: dict[str, Any]) -> Any:

@@ -45,7 +45,12 @@ def recordings(function: Any) -> Any:
         click.option("--out", type=Output(is_folder=True), help="Folder for the report."),
         click.option(
             "--rated-current", type=QuantityType("A", "10 mA"),
-            help='Current at 100 % of the set point, such as "10 mA", if no file states it.',
+            help='Current at 100 % or full scale of the set point, such as "10 mA", where no file '
+            "states it.",
+        ),
+        click.option(
+            "--full-scale", type=QuantityType("V", "10 V"),
+            help='Set point at the rated current, such as "10 V", if it is logged in volts.',
         ),
         click.option(
             "--set-points", type=click.Choice(["held", "moves"]),
@@ -53,8 +58,14 @@ def recordings(function: Any) -> Any:
              "by default estimated from the readings.",
         ),
         click.option(
-            "--channel", "channels", multiple=True, metavar="CHANNEL=NAME",
-            help="Name of a channel in the data, such as position=CylPos.",
+            "--current-acts", type=click.Choice(["after", "before"]),
+            help="Whether the current in a row acts after the readings of that row or acted before "
+            "them, if no file states it; by default estimated from the readings.",
+        ),
+        click.option(
+            "--channel", "channels", multiple=True, metavar="CHANNEL=NAME [UNIT]",
+            help='Name of a channel in the data, such as "position=CylPos [mm]", with its unit if '
+            "the data have no units.",
         ),
         click.option(
             "--columns", default="", metavar="NAME [UNIT],...",
@@ -67,6 +78,10 @@ def recordings(function: Any) -> Any:
         click.option(
             "--eds", "sheets", multiple=True, type=click.Path(path_type=Path),
             help="EDS or DCF of a device in a CAN capture.",
+        ),
+        click.option(
+            "--bus", metavar="CHANNEL",
+            help="Channel of a CAN capture of several, such as 1 or can0.",
         ),
         click.option(
             "--dbc", "databases", multiple=True, type=click.Path(path_type=Path),

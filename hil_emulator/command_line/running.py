@@ -14,6 +14,11 @@ from hil_emulator.command_line.kinds import (
     Output,
 )
 
+DIRECTIONS = click.option(
+    "--record-direction", "directions", is_flag=True,
+    help="End each line of a .log in R or T, as replay needs it and Wireshark does not read it.",
+)  # fmt: skip
+
 
 @click.command()
 @FILES
@@ -32,6 +37,7 @@ from hil_emulator.command_line.kinds import (
     multiple=True,
     help="File to write; its ending is the format: .rec .csv .blf ..., an unknown one lists all.",
 )
+@DIRECTIONS
 @click.option(
     "--require-recording", "required", is_flag=True, help="End the run if the recording ends early."
 )
@@ -140,12 +146,15 @@ def plot(
 @click.command()
 @click.argument("recording", type=click.Path(path_type=Path))
 @click.argument("targets", nargs=-1, required=True, type=Output())
+@DIRECTIONS
 @OVERWRITE
-def convert(recording: Path, targets: tuple[Path, ...], *, overwrite: bool) -> None:
+def convert(
+    recording: Path, targets: tuple[Path, ...], *, directions: bool, overwrite: bool
+) -> None:
     """Write a .rec recording in other formats, by the files' endings."""
     from hil_emulator.commands import convert as command
 
-    command.convert(recording, targets, overwrite=overwrite)
+    command.convert(recording, targets, directions=directions, overwrite=overwrite)
 
 
 COMMANDS = (run, ctl, demo, panel, replay, plot, convert)

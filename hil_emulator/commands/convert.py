@@ -10,7 +10,9 @@ from hil_emulator.platform.paths import near
 from hil_emulator.recording.exports import check_files, export
 
 
-def convert(recording: Path, targets: Sequence[Path], *, overwrite: bool = False) -> None:
+def convert(
+    recording: Path, targets: Sequence[Path], *, directions: bool = False, overwrite: bool = False
+) -> None:
     """Write a recording in the formats of the files' endings.
 
     Raises:
@@ -20,6 +22,6 @@ def convert(recording: Path, targets: Sequence[Path], *, overwrite: bool = False
     check_files(targets, overwrite=overwrite)
     endings = " ".join(target.suffix for target in targets)
     with waiting(f"convert to {endings}", [recording]):
-        export(recording, *targets, overwrite=overwrite)
+        export(recording, *targets, overwrite=overwrite, directions=directions)
     for target in targets:
         click.echo(f"written   {near(target)}")

@@ -20,8 +20,8 @@ from hil_emulator.errors import UserError
 from hil_emulator.identify.experiment_design import practice, sealed
 from hil_emulator.identify.experiment_design.library import Stimulus, Target, limits
 from hil_emulator.identify.experiment_design.practice import Ground
+from hil_emulator.identify.measured.channel_names import SET_POINT
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.measured.reading import SET_POINT
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.panel.result_folder import result_of

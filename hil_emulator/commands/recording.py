@@ -17,6 +17,7 @@ from hil_emulator.platform.paths import near
 from hil_emulator.platform.supervisor import Supervisor
 from hil_emulator.recording.exports import check_recording
 from hil_emulator.recording.header import header
+from hil_emulator.recording.header_shape import DIRECTIONS
 from hil_emulator.recording.pre_trigger import Capture
 from hil_emulator.recording.recorder import FileRecorder
 from hil_emulator.signals import condition
@@ -33,6 +34,7 @@ class RecordOptions:
         capture: condition around which ticks are recorded; None records all.
         required: whether the run ends when the recording does.
         overwrite: whether existing files are replaced.
+        directions: whether candump's log states the direction of each frame.
 
     """
 
@@ -40,6 +42,7 @@ class RecordOptions:
     capture: Capture | None = None
     required: bool = False
     overwrite: bool = False
+    directions: bool = False
 
     def check(self) -> None:
         """Refuse files that exist or cannot be written.
@@ -62,7 +65,7 @@ NOT_RECORDED = RecordOptions()
 
 def ordered(
     files: Sequence[Path], required: bool, overwrite: bool, trigger: str | None, before: float,
-    after: float,
+    after: float, directions: bool = False,
 ) -> RecordOptions:  # fmt: skip
     """Return the options of the command line.
 
@@ -73,6 +76,7 @@ def ordered(
         trigger: condition around which ticks are recorded; without it all are.
         before: time before it [s].
         after: time after it [s].
+        directions: whether candump's log states the direction of each frame.
 
     Raises:
         UserError: for a required recording without a file.
@@ -81,9 +85,9 @@ def ordered(
     if required and not files:
         raise UserError("--require-recording: there is no recording; add --record FILE")
     if trigger is None:
-        return RecordOptions(files, None, required, overwrite)
+        return RecordOptions(files, None, required, overwrite, directions)
     capture = Capture(condition.parse(trigger), round(before * 1e9), round(after * 1e9))
-    return RecordOptions(files, capture, required, overwrite)
+    return RecordOptions(files, capture, required, overwrite, directions)
 
 
 @contextmanager
@@ -104,7 +108,7 @@ def recorded(
         yield
         return
     text = capture.text if capture else ""
-    head = header(config, rig.nodes, text)
+    head = header(config, rig.nodes, text) | {DIRECTIONS: options.directions}
     recorder = FileRecorder(files, head, capture, overwrite=options.overwrite)
     supervisor.watch(recorder.writer, required=options.required)
     rig.recorder = recorder

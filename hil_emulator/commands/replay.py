@@ -173,6 +173,11 @@ def _source(file: Path, files: Sequence[Path]) -> tuple[Recording, Configuration
             raise UserError(f"{file}: a log does not say what was emulated; name the CONFIG too")
         config = load_rig(files)
         frames = list(frame_log.read(file, config.tick_ns))
+        if file.suffix == ".log" and frames and not any(sent for _, sent, _ in frames):
+            raise UserError(
+                f"{file}: does not state which frames the emulator sent; record it with "
+                "--record-direction, or as .pcapng, .blf or .asc"
+            )
         head = header(config, ())
         return Recording(head, np.empty((0, len(head["columns"]))), frames), config
     recording = journal.read(file)

@@ -19,6 +19,7 @@ from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.data_checks.consistency import without_contradictions
 from hil_emulator.identify.data_checks.shared_noise import counted
 from hil_emulator.identify.estimation.felt import felt
+from hil_emulator.identify.estimation.row_order import ordered
 from hil_emulator.identify.estimation.set_point_course import Investigation
 from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
@@ -128,7 +129,7 @@ def _identified(
     candidates = _chosen(examinable(model, predictor), question)
     ordinary = parameters.ordinary(model, tolerances(predictor))
     nuisances = felt(predictor, learn, ordinary, jobs)
-    given = Investigation(learn, check, nuisances, candidates)
+    given = ordered(predictor, Investigation(learn, check, nuisances, candidates), tell, jobs)
     asked = course(predictor, given, tell, told=question.set_points, jobs=jobs)
     if asked is None:
         return _too_early()

@@ -75,13 +75,14 @@ def check_recording(
     refuse_existing([journal], way_out=rescue)
 
 
-def export(source: Path, *files: Path, overwrite: bool = False) -> None:
+def export(source: Path, *files: Path, overwrite: bool = False, directions: bool = False) -> None:
     """Write a journal in the formats of the files' endings: all of them, or none.
 
     Args:
         source: the journal.
         files: to write.
         overwrite: whether existing files are replaced.
+        directions: whether candump's log states the direction of each frame.
 
     Raises:
         UserError: if the journal cannot be read, or a file exists or cannot be written.
@@ -90,10 +91,10 @@ def export(source: Path, *files: Path, overwrite: bool = False) -> None:
     check_files(files, overwrite=overwrite)
     with new_files(overwrite=overwrite) as staged:
         for file in files:
-            write(source, staged(file))
+            write(source, staged(file), directions=directions)
 
 
-def write(source: Path, file: Path) -> None:
+def write(source: Path, file: Path, *, directions: bool = False) -> None:
     """Write a journal in the format of the file's ending; the caller checks existing files.
 
     Raises:
@@ -104,4 +105,6 @@ def write(source: Path, file: Path) -> None:
     if file.suffix == SUFFIX:
         shutil.copyfile(source, file)
     else:
-        known()[file.suffix].write(source, file)
+        form = known()[file.suffix]
+        writer = form.directed if directions and form.directed else form.write
+        writer(source, file)

@@ -20,6 +20,7 @@ class Format:
         write: writes a journal (first argument) into a file.
         needs: the required module, of the extra `recording`.
         companions: further files that `write` makes, in the same folder.
+        directed: writes the same with the direction of each frame, if that is not usual.
 
     """
 
@@ -27,6 +28,7 @@ class Format:
     write: Callable[[Path, Path], None]
     needs: str = ""
     companions: Callable[[Path], tuple[Path, ...]] = lambda _: ()
+    directed: Callable[[Path, Path], None] | None = None
 
     def check(self, file: Path) -> None:
         """Refuse a file if a library of the format is not installed.

@@ -17,6 +17,9 @@ _MESSAGE = {
     "event_timer_ms": int, "fields": [_FIELD], "extended": bool,
 }  # fmt: skip
 
+DIRECTIONS = "directions"
+"""Key of whether a log of candump states the direction of each frame."""
+
 SHAPE: dict[str, Any] = {
     "provenance": {str: str},
     "files": [str],
@@ -31,11 +34,12 @@ SHAPE: dict[str, Any] = {
     "configuration": [str],
     "effects": {str: str},
     "supply_mates": [str],
+    DIRECTIONS: bool,
 }
 """Shape by key: a type, one of several, a list of a shape, an object with these keys, an object of
 texts."""
 
-OPTIONAL = {"nodes", "configuration", "effects", "services", "supply_mates"}
+OPTIONAL = {"nodes", "configuration", "effects", "services", "supply_mates", DIRECTIONS}
 """Keys that are missing in recordings of earlier versions."""
 
 LARGEST = 16 * MIB

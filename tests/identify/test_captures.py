@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import can
+import cantools
 import numpy as np
 import pytest
-from rigs import bench
+from rigs import bench, reference
 
 from hil_emulator.api.logs import Meaning, experiments
 from hil_emulator.commands.export import contents
@@ -218,6 +219,66 @@ def test_the_same_frames_from_two_channels_are_refused(run: Run) -> None:
             log(can.Message(k * 1e-3, 0x185, False, data=bytes(8), channel=k % 2))
     with pytest.raises(UserError, match="185 comes from channel"):
         experiments([file], run.config, Meaning())
+
+
+DATABASE = """VERSION ""
+BU_: A B
+BO_ 800 P: 6 A
+ SG_ pressure_a : 0|16@1+ (0.1,0) [0|400] "bar" B
+ SG_ pressure_b : 16|16@1+ (0.1,0) [0|0] "bar" B
+ SG_ position : 32|16@1+ (0.01,0) [0|0] "mm" B
+VAL_ 800 pressure_a 65535 "Error" ;
+"""
+
+
+@pytest.mark.parametrize("ending", [".dbc", ".kcd", ".sym"])
+def test_what_a_database_calls_no_reading_is_missing(tmp_path: Path, ending: str) -> None:
+    """A value with a name in the value table, and one outside minimum and maximum, with a note."""
+    database = tmp_path / f"bus{ending}"
+    parsed = cantools.database.load_string(DATABASE, "dbc")
+    cantools.database.dump_file(parsed, str(database))
+    file = tmp_path / "log.log"
+    with can.Logger(str(file)) as log:
+        for k in range(100):
+            raw = {7: 65535, 8: 4001}.get(k, 3901 + k)
+            data = struct.pack("<HHH", raw, 4001, 4000 + k)
+            log(can.Message(k * 1e-3, 800, False, data=data, channel="can0"))
+    (e,) = experiments([file], reference(), Meaning(databases=[database]))
+    gone = np.flatnonzero(~np.isfinite(e.readings["pressure_a"]))
+    assert gone.tolist() == [7, 8]
+    assert any("pressure_a: 1 values are no readings but 'Error'" in n for n in e.notes)
+    assert any("pressure_a: 1 of 100 values are outside the" in n for n in e.notes)
+    assert not any(n.startswith("pressure_b") and "outside" in n for n in e.notes)
+
+
+def test_frames_of_can_fd_are_read(run: Run) -> None:
+    """The same frames as CAN FD carry the same readings and set points."""
+    file = run.folder / "fd.blf"
+    with can.Logger(str(file)) as log:
+        for now, sent, frame in run.frames:
+            fd = not frame.remote
+            log(can.Message(now * 1e-9, frame.can_id, False, frame.remote, data=frame.data,
+                            is_rx=sent, is_fd=fd, channel=0))  # fmt: skip
+    (read,) = experiments([file], run.config, Meaning())
+    same(read, run)
+
+
+def test_a_current_in_a_frame_of_readings_is_a_row_of_a_table(tmp_path: Path) -> None:
+    """No frame commanded it: whether it acted before or after them is not stated."""
+    database = tmp_path / "bus.dbc"
+    database.write_text(DATABASE.replace(
+        'pressure_b : 16|16@1+ (0.1,0) [0|0] "bar"', 'valve_current : 16|16@1+ (1,0) [0|0] "uA"'
+    ))  # fmt: skip
+    file = tmp_path / "log.log"
+    with can.Logger(str(file)) as log:
+        for k in range(100):
+            data = struct.pack("<HHH", 600 + k, k, 4000 + k)
+            log(can.Message(k * 1e-3, 800, False, data=data, channel="can0"))
+    (e,) = experiments([file], reference(), Meaning(databases=[database]))
+    assert e.order_assumed
+    np.testing.assert_allclose(e.current, np.arange(100) * 1e-6)
+    (e,) = experiments([file], reference(), Meaning(databases=[database], set_point_first=True))
+    np.testing.assert_allclose(e.current[:-1], np.arange(1, 100) * 1e-6)
 
 
 def test_a_real_number_has_its_factor() -> None:

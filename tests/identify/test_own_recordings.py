@@ -56,7 +56,7 @@ def test_a_set_point_acts_after_the_readings_before_it(
     assert not any(name.startswith("model.") for name in found.readings)
 
 
-@pytest.mark.parametrize("ending", [".blf", ".asc", ".log"])
+@pytest.mark.parametrize("ending", [".blf", ".asc", ".log", ".pcapng"])
 def test_frames_that_it_has_recorded_itself(
     recording: Recording, tmp_path: Path, ending: str
 ) -> None:

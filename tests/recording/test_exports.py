@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -117,11 +118,50 @@ def test_python_can_reads_the_same_frames(
     journal: Path, recording: Recording, tmp_path: Path, ending: str
 ) -> None:
     """Every frame with its time and direction, in the order of the bus."""
-    with can.LogReader(str(written(journal, tmp_path, ending))) as reader:
+    export(journal, tmp_path / f"run{ending}", directions=True)
+    with can.LogReader(str(tmp_path / f"run{ending}")) as reader:
         found = [
             (round(m.timestamp * 1e6), not m.is_rx, m.arbitration_id, bytes(m.data)) for m in reader
         ]
     assert found == [(t // 1000, sent, f.can_id, f.data) for t, sent, f in recording.frames]
+
+
+def test_candumps_log_is_that_of_can_utils(
+    journal: Path, recording: Recording, tmp_path: Path
+) -> None:
+    """No line ends in a direction, at which Wireshark's reader of such logs stops."""
+    lines = written(journal, tmp_path, ".log").read_text().splitlines()
+    assert len(lines) == len(recording.frames)
+    pattern = re.compile(r"\(\d+\.\d{6}\) can0 [0-9A-F]{3}#(R|([0-9A-F]{2})*)")
+    assert all(map(pattern.fullmatch, lines))
+
+
+def test_pcapng_is_what_its_standard_says(
+    journal: Path, recording: Recording, tmp_path: Path
+) -> None:
+    """Blocks by the draft of the IETF, packets by LINKTYPE_CAN_SOCKETCAN, read byte by byte."""
+    data = written(journal, tmp_path, ".pcapng").read_bytes()
+    blocks, at = [], 0
+    while at < len(data):
+        kind, size = struct.unpack_from("<II", data, at)
+        assert size % 4 == 0
+        assert struct.unpack_from("<I", data, at + size - 4)[0] == size
+        blocks.append((kind, data[at + 8 : at + size - 4]))
+        at += size
+    (section, head), (interface, link), *packets = blocks
+    assert (section, interface) == (0x0A0D0D0A, 1)
+    assert struct.unpack_from("<IHH", head) == (0x1A2B3C4D, 1, 0)
+    assert recording.provenance["digest"].encode() in head
+    assert struct.unpack_from("<HHIHHB", link) == (227, 0, 0, 9, 1, 9)
+    found = []
+    for kind, body in packets:
+        assert kind == 6
+        _, high, low, size, _ = struct.unpack_from("<IIIII", body)
+        identifier, length = struct.unpack_from(">IB", body, 20)
+        code, _, way = struct.unpack_from("<HHI", body, 20 + size + -size % 4)
+        assert code == 2
+        found.append(((high << 32) + low, way == 2, identifier, body[28 : 28 + length]))
+    assert found == [(t, sent, f.can_id, f.data) for t, sent, f in recording.frames]
 
 
 def test_cantools_decodes_what_the_sensors_reported(

@@ -9,9 +9,10 @@ import pytest
 from recorded import script
 from rigs import START, bench, reference, set_point
 
-from hil_emulator.commands.replay import compare
+from hil_emulator.commands.replay import compare, replay
 from hil_emulator.config.load import load
 from hil_emulator.demo.script import perform
+from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.platform.paths import cache_folder, shipped
 from hil_emulator.recording import journal as journals
@@ -71,9 +72,20 @@ def test_a_log_of_frames_can_be_replayed_too(tmp_path: Path, ending: str) -> Non
             b.tick(*script(k))
         made = remembered(b.recorder, header(config, b.rig.nodes))
     journals.write(made, tmp_path / "run.rec")
-    export(tmp_path / "run.rec", tmp_path / f"run{ending}")
+    export(tmp_path / "run.rec", tmp_path / f"run{ending}", directions=True)
     result = hil_emulator("replay", tmp_path / f"run{ending}", REFERENCE)
     assert f"bit for bit: {sum(sent for _, sent, _ in made.frames)} frames" in result.stdout
+
+
+def test_a_log_without_directions_is_not_replayed(tmp_path: Path) -> None:
+    """The emulator's own frames would be taken for the controller's."""
+    config = reference()
+    with bench(config) as b:
+        b.ticks(200)
+        journals.write(remembered(b.recorder, header(config, b.rig.nodes)), tmp_path / "run.rec")
+    export(tmp_path / "run.rec", tmp_path / "run.log")
+    with pytest.raises(UserError, match="--record-direction"):
+        replay(tmp_path / "run.log", [REFERENCE])
 
 
 def test_a_recording_under_the_clients_sync_is_reproduced() -> None:

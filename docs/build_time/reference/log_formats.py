@@ -13,7 +13,8 @@ Formats of files with measured data and recordings, by the endings of the files.
 installed with `pip install 'hil-emulator[EXTRA]'`."""
 
 _FRAMES = """\
-The nodes of the configuration state what the frames mean; so do the options `--eds` and `--dbc`. A
+The content of a file decides what it is, not its ending, and each may be packed (`.gz`). The nodes
+of the configuration state what the frames mean; so do the options `--eds` and `--dbc`. A
 message database is a DBC, KCD, SYM or ARXML file."""
 
 
@@ -26,13 +27,18 @@ def write() -> str:
         "Columns of measured values:",
         table(("ending", "format", "names and units", "times", "extra"), _columns()),
         "Captures of CAN traffic:",
-        table(("ending", "format"), [(code(e), text(n)) for e, n in log_endings.NAMES.items()]),
+        table(("ending", "format"), _captures()),
         _FRAMES,
         f"The journal of the emulator ({code(SUFFIX)}) is read as well, by `replay`, `plot`, "
         "`convert` and `panel`, too.",
         "## Written by run --record and convert",
         table(("ending", "format", "extra"), _recordings()),
     )
+
+
+def _captures() -> list[tuple[str, ...]]:
+    kinds = [*log_endings.NAMES.items(), *log_endings.READ_ONLY.items()]
+    return [(code(ending), text(name)) for ending, name in kinds]
 
 
 def _columns() -> list[tuple[str, ...]]:

@@ -182,6 +182,8 @@ def _chi2(searcher: Searcher, fit: Fit) -> float:
 def judge(result: Result) -> None:
     """Set the verdict of a gap that was measured without a search."""
     result.added = None
+    if result.search is not None and not result.search.rounds[-1].unknown:
+        result.where = []
     if result.search is not None and result.search.told is not None:
         result.final_at = result.search.told.at
     if not result.where and result.repeats is not None and result.repeats.unexplained:

@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from hil_emulator.identify.measured.channel_names import SET_POINT
 from hil_emulator.identify.measured.experiment import UNITS, Array, Mask
 from hil_emulator.identify.measured.grid import FEWEST_SAMPLES
-from hil_emulator.identify.measured.reading import SET_POINT, Series
+from hil_emulator.identify.measured.reading import Series
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.units import show
 

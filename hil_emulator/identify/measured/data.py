@@ -7,9 +7,11 @@ import numpy as np
 
 from hil_emulator.identify.measured import grid
 from hil_emulator.identify.measured.bad_samples import without_bad_samples
+from hil_emulator.identify.measured.channel_names import SET_POINT
 from hil_emulator.identify.measured.experiment import SPANS, Array, Experiment
 from hil_emulator.identify.measured.pieces import pieces
-from hil_emulator.identify.measured.reading import SET_POINT, MeasuredFile, read
+from hil_emulator.identify.measured.reading import MeasuredFile, read
+from hil_emulator.identify.measured.stated import Stated
 
 DEAD = 1e-9
 """Change of a channel over its span below which it shows nothing."""
@@ -22,6 +24,20 @@ SATURATED = 0.05
 
 AT_SPEED = 3.0
 """Step onto an extreme over the smallest step of a channel that cuts it off (assumed)."""
+
+PRESSURES = ("pressure_a", "pressure_b", "supply_pressure")
+"""Channels that are absolute pressures."""
+
+BAR = 1e5
+
+FEWEST_ABSOLUTE = 0.5 * BAR
+"""Pressure of a tank or a chamber that is rather a gauge pressure [Pa] (assumed)."""
+
+LOWEST = 0.02
+"""Part of the readings that shows how low a pressure usually falls (assumed)."""
+
+UNCOVERED = 0.1
+"""Part of an experiment in which a channel has no value that is worth a note (assumed)."""
 
 IMPLAUSIBLE_SPANS = 3.0
 """Spans beyond which a reading has hardly the unit that its column states (assumed)."""
@@ -41,7 +57,8 @@ def load_experiments(
         UserError: if a file cannot be used.
 
     """
-    return [e for file in files for e in experiments(read(file, names, headings))]
+    stated = Stated(names or {})
+    return [e for file in files for e in experiments(read(file, stated, headings))]
 
 
 def experiments(recording: MeasuredFile) -> list[Experiment]:
@@ -66,10 +83,27 @@ def _experiment(recording: MeasuredFile) -> Experiment:
     current, columns = _held(current, columns, notes)
     _inspect(columns, notes)
     readings = {n: v for n, v in columns.items() if np.isfinite(v).any()}
+    notes += [note for n, v in readings.items() if (note := _covered(n, v, period))]
     return Experiment(
         recording.name, period, current, readings, tuple(notes), recording.digest,
-        recording.set_point_first,
+        bool(recording.set_point_first), recording.set_point_first is None,
     )  # fmt: skip
+
+
+def _covered(name: str, values: Array, period: float) -> str:
+    """Return in words where a channel has values, if it has none for long; else ""."""
+    rows = np.flatnonzero(np.isfinite(values))
+    first, last, end = rows[0] * period, rows[-1] * period, (len(values) - 1) * period
+    said = []
+    if first > UNCOVERED * end:
+        said.append(f"begins {first:.4g} s after the others")
+    if last < (1.0 - UNCOVERED) * end:
+        said.append(f"has values until {last:.4g} s of {end:.4g} s only")
+    steps = np.diff(rows)
+    if len(steps) and steps.max() * period > UNCOVERED * end:
+        at = int(np.argmax(steps))
+        said.append(f"has no value from {rows[at] * period:.4g} to {rows[at + 1] * period:.4g} s")
+    return f"{name}: {', '.join(said)}; there the other channels decide" if said else ""
 
 
 def _some(names: Sequence[str]) -> str:
@@ -109,6 +143,11 @@ def _inspect(columns: dict[str, Array], notes: list[str]) -> None:
         far = np.median(np.abs(values)) > IMPLAUSIBLE_SPANS * SPANS[name]
         if far and name not in AS_LARGE_AS_THE_MACHINE:
             notes.append(f"{name}: far beyond a usual range; is its unit right?")
+        if name in PRESSURES and np.quantile(values, LOWEST) < FEWEST_ABSOLUTE:
+            notes.append(
+                f"{name}: falls to {values.min() / BAR:.2g} bar; pressures are absolute here: if "
+                'it is a gauge pressure, state its unit as "bar(g)"'
+            )
         share = max(_cut_off(values, values.max()), _cut_off(values, values.min()))
         if share > SATURATED and len(np.unique(values)) > 20:
             notes.append(f"{name}: {100 * share:.0f} % at one extreme; saturated?")

@@ -57,6 +57,8 @@ class Experiment:
         notes: what was found and repaired on the way in.
         digest: digest of the file.
         set_point_first: whether a current is that at the end of its period, not the beginning.
+        order_assumed: whether the file does not state whether a row's current acted before or after
+            its readings.
         course: what it did in between; None where it was held.
         copies: experiments that share its noise, itself included; see `copies`.
 
@@ -69,6 +71,7 @@ class Experiment:
     notes: tuple[str, ...] = ()
     digest: str = ""
     set_point_first: bool = False
+    order_assumed: bool = False
     course: BetweenRows | None = None
     copies: int = 1
 

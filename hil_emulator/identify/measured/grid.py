@@ -5,8 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from hil_emulator.errors import UserError
+from hil_emulator.identify.measured.channel_names import SET_POINT
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.identify.measured.reading import SET_POINT, Series
+from hil_emulator.identify.measured.reading import Series
 
 FEWEST_SAMPLES = 50
 """Samples below which nothing can be said (assumed)."""

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 
 from hil_emulator.errors import UserError
+from hil_emulator.identify.measured.channel_names import SET_POINT
 from hil_emulator.identify.measured.experiment import Array, Index, Mask
 from hil_emulator.identify.measured.grid import FEWEST_SAMPLES, GAP
-from hil_emulator.identify.measured.reading import SET_POINT, MeasuredFile, Series
+from hil_emulator.identify.measured.reading import MeasuredFile, Series
 
 RESTART_PERIODS = 20.0
 """Sample periods by which time falls back where a logger was started again; rows that were written

@@ -1,9 +1,8 @@
 """Read recorded experiments: columns with names and units become channels in SI units."""
 
-import difflib
 import hashlib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,19 +11,23 @@ import numpy as np
 from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured import formats
-from hil_emulator.identify.measured.experiment import UNITS, Array
+from hil_emulator.identify.measured.channel_names import (
+    KNOWN,
+    SET_POINT,
+    TIME,
+    channel_columns,
+    near,
+)
+from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.measured.formats.table import LogColumn, LogTable
-from hil_emulator.units import factor
+from hil_emulator.identify.measured.stated import NOTHING_STATED, Stated
+from hil_emulator.units import factor, scale_and_offset
 
 MODEL_PREFIX = "model."
 """Columns that the emulator knows of itself and no sensor reports: never read."""
 
-SET_POINT = "valve_current"
-
-TIME = "time"
-
-KNOWN = {TIME: "s", SET_POINT: "A", **UNITS}
-"""Columns that identification uses, with their SI units."""
+_USUAL = {"Pa": "bar", "m": "mm", "A": "mA", "m^3/s": "l/min"}
+"""Units in which quantities are usually logged, where that is not the SI unit."""
 
 CLOCK_SLIP = 1e-3
 """How far two columns of time may drift apart within a recording [s]: one sample at 1 kHz."""
@@ -58,7 +61,7 @@ class MeasuredFile:
     file: Path
     series: dict[str, Series]
     digest: str
-    set_point_first: bool
+    set_point_first: bool | None
     ignored: tuple[str, ...]
     notes: tuple[str, ...] = ()
     part: str = ""
@@ -69,14 +72,12 @@ class MeasuredFile:
         return f"{self.file.name}{self.part}"
 
 
-def read(
-    file: Path, names: Mapping[str, str] | None = None, headings: Sequence[str] = ()
-) -> MeasuredFile:
+def read(file: Path, stated: Stated = NOTHING_STATED, headings: Sequence[str] = ()) -> MeasuredFile:
     """Read a recording in one of the formats of `formats`.
 
     Args:
         file: the file.
-        names: channel by the name that the file has for it, where they differ.
+        stated: what the user states of it.
         headings: names and units of its columns, if the file does not tell.
 
     Raises:
@@ -84,7 +85,7 @@ def read(
 
     """
     digest = digest_of(file)
-    return recording(file, formats.read(file, headings), digest, names)
+    return recording(file, formats.read(file, headings), digest, stated)
 
 
 def digest_of(file: Path) -> str:
@@ -104,21 +105,27 @@ def digest_of(file: Path) -> str:
 
 
 def recording(
-    file: Path, table: LogTable, digest: str, names: Mapping[str, str] | None = None
+    file: Path, table: LogTable, digest: str, stated: Stated = NOTHING_STATED
 ) -> MeasuredFile:
     """Turn a table into channels.
+
+    Args:
+        file: where it comes from.
+        table: its columns.
+        digest: of the file.
+        stated: what the user states of it.
 
     Raises:
         UserError: if a name, a unit or the time is missing or wrong.
 
     """
-    columns = _renamed(file, table.columns, names or {})
+    columns = _named(file, table.columns, stated)
     usable = [c for c in columns if c.name in KNOWN]
     known = [c.name for c in usable]
     if len(set(known)) < len(known):
         twice = sorted({n for n in known if known.count(n) > 1})
         raise UserError(f"{file}: more than one column is called {', '.join(twice)}; keep one")
-    si = {c.name: c.values * _factor(file, c) for c in usable}
+    si = {c.name: _in_si(file, c) for c in usable}
     common = si.pop(TIME, None)
     series = {}
     for column in usable:
@@ -130,76 +137,74 @@ def recording(
         series[column.name] = Series(time, si[column.name])
     if not series:
         raise UserError(_no_channel(file, columns))
-    notes = [*table.notes, *_other_clocks(file, columns, common)]
+    notes = [*table.notes, *_near_misses(columns), *_other_clocks(file, columns, common)]
     ignored = [c.name for c in columns if c.name not in KNOWN
                and not c.name.startswith(MODEL_PREFIX)]  # fmt: skip
     return MeasuredFile(file, series, digest, table.set_point_first, tuple(ignored), tuple(notes))
 
 
-def _renamed(
-    file: Path, columns: tuple[LogColumn, ...], names: Mapping[str, str]
-) -> tuple[LogColumn, ...]:
-    for theirs, ours in names.items():
+def _named(file: Path, columns: tuple[LogColumn, ...], stated: Stated) -> list[LogColumn]:
+    """Return columns by their channels' names."""
+    for theirs, ours in stated.names.items():
         if ours not in KNOWN:
             raise UserError(f"--channel {ours}={theirs}: no channel is called {ours}; known are "
                             f"{', '.join(KNOWN)}")  # fmt: skip
         if theirs not in [c.name for c in columns]:
             raise UserError(f"{file}: no column is called {theirs}; its columns are "
                             f"{_listed(columns)}")  # fmt: skip
-    return tuple(_named(c, names) for c in columns)
+    named = channel_columns(columns, stated.names, stated.units)
+    return [stated.current(c) if c.name == SET_POINT else c for c in named]
 
 
-def _named(column: LogColumn, names: Mapping[str, str]) -> LogColumn:
-    """Return a column by its channel's name: `Position` and `position_mm` are positions."""
-    name, unit = names.get(column.name, column.name), column.unit
-    if name not in KNOWN and name.lower() in KNOWN:
-        name = name.lower()
-    head, _, end = name.rpartition("_")
-    if name not in KNOWN and head.lower() in KNOWN and unit is None and _is_unit(end, head.lower()):
-        name, unit = head.lower(), end
-    return LogColumn(name, unit, column.values, column.time)
-
-
-def _is_unit(text: str, channel: str) -> bool:
-    try:
-        factor(KNOWN[channel], text)
-    except Exception:  # pint answers a wrong or unknown unit with many kinds of exception
-        return False
-    return True
-
-
-def _factor(file: Path, column: LogColumn) -> float:
-    if column.unit is None:
+def _in_si(file: Path, column: LogColumn) -> Array:
+    """Return the values of a channel in its SI unit."""
+    if column.text:
         raise UserError(
-            f'{file}: column "{column.name}" has no unit; write it as '
-            f'"{column.name} [{KNOWN[column.name]}]"'
+            f'{file}: column "{column.name}" holds text in most of its rows, such as '
+            f'"{column.text}"; write numbers such as 3605.0 there'
+        )
+    unit = KNOWN[column.name]
+    if column.unit is None:
+        usual = _USUAL.get(unit, unit)
+        raise UserError(
+            f'{file}: "{column.name}" has no unit; state it with '
+            f'--channel "{column.name}={column.name} [{usual}]"'
         )
     try:
-        return factor(KNOWN[column.name], column.unit)
+        scale, offset = scale_and_offset(unit, column.unit)
     except Exception:  # pint answers a wrong or unknown unit with many kinds of exception
         raise UserError(
-            f'{file}: column "{column.name} [{column.unit}]": a unit of {KNOWN[column.name]} '
-            "is wanted"
+            f'{file}: column "{column.name} [{column.unit}]": a unit of {unit} is wanted'
         ) from None
+    return np.asarray(scale * column.values + offset)
 
 
-def _no_channel(file: Path, columns: tuple[LogColumn, ...]) -> str:
+def _no_channel(file: Path, columns: Sequence[LogColumn]) -> str:
     others = [c.name for c in columns if c.name != TIME]
-    near = [m for n in others for m in difflib.get_close_matches(n, KNOWN, n=1) if m != TIME]
-    hint = f"; did you mean {near[0]}" if near else ""
+    alike = near(others, list(KNOWN))
+    hint = f"; did you mean {next(iter(alike.values()))}" if alike else ""
     return (
         f"{file}: no known channel among {_listed(columns)}; known are {', '.join(KNOWN)}{hint}; "
-        "rename a column, or tell its meaning with --channel position=NAME"
+        'rename a column, or state its meaning with --channel "position=NAME [mm]"'
     )
 
 
-def _listed(columns: tuple[LogColumn, ...]) -> str:
+def _near_misses(columns: Sequence[LogColumn]) -> list[str]:
+    """Return which columns that are not used resemble a channel that is missing."""
+    names = [c.name for c in columns]
+    others = [n for n in names if n not in KNOWN and not n.startswith(MODEL_PREFIX)]
+    missing = [n for n in KNOWN if n not in names]
+    return [f'column "{n}" is not used; if it is {ours}, give --channel "{ours}={n}"'
+            for n, ours in near(others, missing).items()]  # fmt: skip
+
+
+def _listed(columns: Sequence[LogColumn]) -> str:
     names = [c.name for c in columns]
     more = f" and {len(names) - 20} more" if len(names) > 20 else ""
     return ", ".join(names[:20]) + more
 
 
-def _other_clocks(file: Path, columns: tuple[LogColumn, ...], common: Array | None) -> list[str]:
+def _other_clocks(file: Path, columns: Sequence[LogColumn], common: Array | None) -> list[str]:
     """Refuse a second column of time that does not keep step with the first.
 
     Which channels belong to which clock, the file does not say.

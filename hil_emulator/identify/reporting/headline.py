@@ -48,6 +48,8 @@ def widest(result: Result) -> tuple[str, str]:
     for channel, parts in result.gap.items():
         values = parts.get("validation") or parts["training"]
         kind = "free_" if "free_before" in values else ""
+        if f"{kind}after" not in values:
+            continue  # no reading where the model predicts
         fell = values[f"{kind}before"] / max(values[f"{kind}after"], 1e-300)
         if fell > best:
             best, chosen = fell, (channel, kind)

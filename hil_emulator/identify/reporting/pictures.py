@@ -47,7 +47,8 @@ def widest_trace(result: Result) -> str:
 
 def _mean_square(trace: dict[str, Array], when: str) -> float:
     error = trace[f"free_{when}"] if _free(trace) else trace[when]
-    return float(np.nanmean((error / trace["noise"][0]) ** 2)) + 1e-12
+    seen = error[np.isfinite(error)]  # of a channel that ended early nothing may be left
+    return float(np.sum((seen / trace["noise"][0]) ** 2)) / max(len(seen), 1) + 1e-12
 
 
 def _free(trace: dict[str, Array]) -> bool:

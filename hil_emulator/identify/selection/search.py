@@ -137,8 +137,10 @@ class Searcher:
         base = self._converged(search)
         self.tell("looking for balances that disagree")
         found = Round(base, [], [], self._terms(base))
-        found.unknown = bool(found.worthwhile)
         search.rounds.append(found)
+        # by the measure by which a search ends, so that both give one answer
+        beside = Discrepancies(self.fitter, base, [], None) if found.worthwhile else None
+        found.unknown = beside is not None and bool(beside.unknown())
         search.unexplained = found.strongest
         return search
 

@@ -57,8 +57,8 @@ _TIME = "the column `time`"
 
 FORMATS = (
     LogFormat(
-        (".csv", ".txt", ".tsv"), "text in columns", _HEADER, _TIME, delimited_text.read,
-        takes_headings=True,
+        (".csv", ".txt", ".tsv", ".asc", ".dat", ".log", ".prn"), "text in columns",
+        _HEADER, _TIME, delimited_text.read, takes_headings=True,
     ),
     LogFormat(
         (".xlsx",), "Excel", _HEADER, _TIME, spreadsheet.read, takes_headings=True,
@@ -84,7 +84,8 @@ FORMATS = (
         parquet.read, library=PYARROW,
     ),
     LogFormat(
-        (".mf4", ".mdf", ".dat"), "ASAM MDF", _CHANNELS, "those of the channel groups",
+        (".mf4", ".mdf"), "ASAM MDF, also in `.dat`; signals or raw frames",
+        _CHANNELS, "those of the channel groups",
         partial(own_process.read, "measurement_data"), library=ASAMMDF,
     ),
 )  # fmt: skip
@@ -94,9 +95,15 @@ BY_ENDING = {ending: form for form in FORMATS for ending in form.endings}
 
 ENDINGS = tuple(BY_ENDING)
 
+_BEGINNINGS = {
+    b"MDF     ": ".mf4", b"UnFinMF ": ".mf4", b"LabVIEW Measurement": ".lvm", b"TDSm": ".tdms",
+    b"PAR1": ".parquet",
+}  # fmt: skip
+"""How files begin whose ending may be that of another format."""
+
 
 def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
-    """Read a file in the format of its ending.
+    """Read a file in the format that its beginning shows, or else in that of its ending.
 
     Args:
         file: the file.
@@ -108,8 +115,16 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
 
     """
     input_files.check(file, input_files.LOG)
-    ending = file.suffix.lower()
+    ending = _ending(file)
     if ending not in BY_ENDING:
         raise UserError(f"{file}: unknown ending; a table of columns ends in {', '.join(ENDINGS)}")
     chosen = BY_ENDING[ending]
     return chosen.read(file, headings) if chosen.takes_headings else chosen.read(file)
+
+
+def _ending(file: Path) -> str:
+    """Return the ending that a file's format usually has."""
+    with file.open("rb") as stream:
+        head = stream.read(max(map(len, _BEGINNINGS)))
+    shown = (ending for start, ending in _BEGINNINGS.items() if head.startswith(start))
+    return next(shown, file.suffix.lower())

@@ -73,7 +73,8 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
         found = rows.table(file, cells, style.decimal_comma, headings)
     notes = [note] if note else []
     notes += [style.words] if style != _USUAL else []
-    return replace(found, set_point_first=_is_own(file, encoding), notes=(*notes, *found.notes))
+    own = _is_own(file, encoding) or None
+    return replace(found, set_point_first=own, notes=(*notes, *found.notes))
 
 
 def encoding_of(file: Path) -> tuple[str, str]:

@@ -6,6 +6,7 @@ structure `units`.
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,9 @@ from hil_emulator.identify.measured.formats.table import H5PY, LogColumn, LogTab
 
 UNITS = "units"
 """Structure whose texts are the units of the vectors of the same names."""
+
+CLOCKS = ("time", "t", "tout", "Time")
+"""Vectors that are the time in seconds where nothing states a unit, as of Simulink."""
 
 OWN_MARK = "provenance"
 """Structure in a file that the emulator has written."""
@@ -61,7 +65,18 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
         LogColumn(n, (str(known[n]) or "1") if n in known else None, v)
         for n, v in vectors.items() if len(v) == usual
     )  # fmt: skip
-    return LogTable(columns, set_point_first=own)
+    return _with_seconds(LogTable(columns, set_point_first=own or None))
+
+
+def _with_seconds(table: LogTable) -> LogTable:
+    """Return a table whose time is in seconds where it has no unit: a vector's name holds none."""
+    bare = [c.name for c in table.columns if c.unit is None and c.name in CLOCKS]
+    if len(bare) != 1 or any(c.name == "time" for c in table.columns if c.name not in bare):
+        return table
+    columns = tuple(
+        replace(c, name="time", unit="s") if c.name == bare[0] else c for c in table.columns
+    )
+    return replace(table, columns=columns, notes=(f"{bare[0]} is taken for the time in s",))
 
 
 def _numbers(content: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:

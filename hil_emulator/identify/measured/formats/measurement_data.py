@@ -9,6 +9,7 @@ import numpy as np
 
 from hil_emulator import input_files
 from hil_emulator.errors import UserError
+from hil_emulator.identify.measured.bus_logging import DATA
 from hil_emulator.identify.measured.formats.table import ASAMMDF, LogColumn, LogTable, label, module
 
 OWN_MARK = '"hil-emulator"'
@@ -43,7 +44,7 @@ def read(file: Path, _: Sequence[str] = ()) -> LogTable:
     except Exception as error:  # asammdf answers a damaged file with many kinds of exception
         trouble = str(error).partition("\n")[0] or type(error).__name__
         raise UserError(f"{file}: is not a readable MDF file: {trouble}") from None
-    return LogTable(columns, set_point_first=own)
+    return LogTable(columns, set_point_first=own or None)
 
 
 def _stated(group: Any) -> int:
@@ -63,6 +64,9 @@ def _group(mdf: Any, group: int) -> list[LogColumn]:
         if index == master:
             continue
         signal = mdf.get(group=group, index=index, ignore_invalidation_bits=True)
+        if channel.name == DATA and signal.samples.ndim == 2:
+            found += [LogColumn(f"{DATA}{i}", "1", byte.astype(np.float64), time)
+                      for i, byte in enumerate(signal.samples.T)]  # fmt: skip
         if signal.samples.ndim != 1 or signal.samples.dtype.kind not in "iufb":
             continue
         values = signal.samples.astype(np.float64)

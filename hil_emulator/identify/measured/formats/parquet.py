@@ -36,7 +36,7 @@ def read(file: Path) -> LogTable:
     except Exception as error:  # pyarrow answers damage with many kinds of exception
         raise UserError(f"{file}: is not a readable Parquet file: {error}") from None
     own = OWN_MARK in (table.schema.metadata or {})
-    return LogTable(tuple(found), set_point_first=own)
+    return LogTable(tuple(found), set_point_first=own or None)
 
 
 def _is_wanted(arrow: Any, kind: Any) -> bool:

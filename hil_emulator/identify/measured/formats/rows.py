@@ -30,10 +30,19 @@ DAY = 86400.0
 """Length of a day [s]: a clock without a date begins again after it."""
 
 _CLOCK = re.compile(r"^(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,]\d+)?))?$")
+_HALF_DAY = re.compile(r"(.*?\d)\s*([AaPp])\.?[Mm]\.?")
+_TWELVE = re.compile(r"(?:^|\s)12:\d{2}")
+_MILLISECONDS = re.compile(r"(:\d{2}:\d{2}):(\d{1,6})$")
 _DAY_FIRST = re.compile(
     r"^(\d{1,2})[./](\d{1,2})[./](\d{4})[ T]+(\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?)$"
 )
-_UNIT = re.compile(r"^[\[(]?\s*([^\d\s\[\]()][^\s\[\]()]*|-|1)?\s*[\])]?$")
+_MISSING = ("", "nan", "n/a", "na", "#n/a", "null", "none", "-", "inf", "-inf")
+"""What stands for a value that is missing, in lower case."""
+
+_GROUPS = re.compile(r"^[-+]?\d{1,3}(?:([.,'’\s])\d{3})(?:\1\d{3})*(?:[.,]\d*)?$")
+"""A number whose thousands are separated; `_grouped` says which of them are surely."""
+
+_UNIT = re.compile(r"^[\[(]?\s*([^\d\s\[\]()][^\s\[\]()]*(?:\([ga]\))?|-|1)?\s*[\])]?$")
 
 
 @dataclass(frozen=True)
@@ -164,10 +173,25 @@ def _unit(cell: str) -> str | None:
 def number(cell: str, decimal_comma: bool = False) -> float:
     """Return a number, NaN for what is none."""
     text = cell.strip()
+    if _grouped(text, decimal_comma):
+        text = _without_groups(text, decimal_comma)
     try:
         return float(text.replace(",", ".") if decimal_comma else text)
     except ValueError:
         return math.nan
+
+
+def _grouped(text: str, decimal_comma: bool) -> bool:
+    """Return whether thousands are separated for sure: `3.605` alone may be a small number."""
+    match, decimal = _GROUPS.match(text), "," if decimal_comma else "."
+    if match is None or match[1] == decimal:
+        return False
+    return match[1] not in ".," or decimal in text or text.count(match[1]) > 1
+
+
+def _without_groups(text: str, decimal_comma: bool) -> str:
+    match, decimal = _GROUPS.match(text), "," if decimal_comma else "."
+    return text if match is None or match[1] == decimal else text.replace(match[1], "")
 
 
 def moment(cell: str) -> datetime | timedelta | None:
@@ -175,11 +199,19 @@ def moment(cell: str) -> datetime | timedelta | None:
     text = cell.strip()
     if ":" not in text:
         return None
+    if half := _HALF_DAY.fullmatch(text):
+        begun = moment(half[1])
+        if begun is None:
+            return None
+        noon = 12 * (half[2] in "pP") - 12 * bool(_TWELVE.search(half[1]))
+        return begun + timedelta(hours=noon)
+    text = _MILLISECONDS.sub(r"\1.\2", text)
     if clock := _CLOCK.match(text):
         hours, minutes, seconds = (float((g or "0").replace(",", ".")) for g in clock.groups())
         return timedelta(hours=hours, minutes=minutes, seconds=seconds)
     if date := _DAY_FIRST.match(text):
         day, month, year, clock_time = date.groups()
+        day, month = (month, day) if int(month) > 12 else (day, month)
         text = f"{year}-{int(month):02d}-{int(day):02d}T{clock_time.zfill(8)}"
     try:
         return datetime.fromisoformat(text.replace(",", "."))
@@ -200,11 +232,17 @@ class _Cells:
         self._name, self._unit = name, unit
         self._numbers: list[Array] = []
         self._moments: list[datetime | timedelta | None] | None = []
+        self._texts, self._filled, self._example = 0, 0, ""
 
     def take(self, cells: Sequence[str], decimal_comma: bool) -> None:
         """Take the cells of further rows."""
         values = _numbers(cells, decimal_comma)
         self._numbers.append(values)
+        self._filled += sum(bool(cell.strip()) for cell in cells)
+        others = [cells[i].strip() for i in np.flatnonzero(np.isnan(values)).tolist()]
+        texts = [cell for cell in others if cell.lower() not in _MISSING]
+        self._texts += len(texts)
+        self._example = self._example or next(iter(texts), "")
         if self._moments is not None:
             self._moments += map(moment, cells)
             times = any(m is not None for m in self._moments)
@@ -216,7 +254,9 @@ class _Cells:
         if self._moments:
             notes.append(f'"{self._name}" holds times of day or dates; counted in s from the first')
             return LogColumn(self._name, "s", _seconds(self._moments))
-        return LogColumn(self._name, self._unit, np.concatenate([np.zeros(0), *self._numbers]))
+        values = np.concatenate([np.zeros(0), *self._numbers])
+        text = self._example if 2 * self._texts > self._filled else ""
+        return LogColumn(self._name, self._unit, values, text=text)
 
 
 def _numbers(cells: Sequence[str], decimal_comma: bool) -> Array:
@@ -226,7 +266,10 @@ def _numbers(cells: Sequence[str], decimal_comma: bool) -> Array:
             return np.array(list(map(float, cells)))
     except ValueError:
         pass
-    return np.array([number(cell, decimal_comma) for cell in cells])
+    texts = [cell.strip() for cell in cells]
+    if any(_grouped(text, decimal_comma) for text in texts):  # then `3.605` is a large one, too
+        texts = [_without_groups(text, decimal_comma) for text in texts]
+    return np.array([number(text, decimal_comma) for text in texts])
 
 
 def _seconds(moments: Sequence[datetime | timedelta | None]) -> Array:

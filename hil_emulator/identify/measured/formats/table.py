@@ -10,7 +10,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.experiment import Array
 
 _LABEL = re.compile(
-    r"^\s*(?P<name>[^\[\]()]+?)\s*(\[\s*(?P<unit>[^\[\]]*)\s*\]|\((?P<other>[^()\[\]]*)\))\s*$"
+    r"^\s*(?P<name>[^\[\]()]+?)\s*(\[\s*(?P<unit>[^\[\]]*)\s*\]|\((?P<other>[^()\[\]]*(?:\([^()]*\))?)\))\s*$"
 )
 
 
@@ -23,6 +23,7 @@ class LogColumn:
         unit: as it stands in the file: "1" for a plain number, None where none is stated.
         values: in that unit, NaN where a value is missing.
         time: of each value [s]; None where the table's column `time` tells.
+        text: a cell of a column that holds texts in most of its rows; "" for numbers.
 
     """
 
@@ -30,6 +31,7 @@ class LogColumn:
     unit: str | None
     values: Array
     time: Array | None = None
+    text: str = ""
 
 
 @dataclass(frozen=True)
@@ -39,13 +41,14 @@ class LogTable:
     Attributes:
         columns: in the order of the file.
         set_point_first: whether a row's set point had acted before its readings were taken, as
-            the emulator records it; otherwise it acts from then on.
+            the emulator records it; False: it acts from then on; None: not stated, so that is
+            assumed.
         notes: what was found while reading.
 
     """
 
     columns: tuple[LogColumn, ...]
-    set_point_first: bool = False
+    set_point_first: bool | None = None
     notes: tuple[str, ...] = ()
 
 

@@ -1,0 +1,52 @@
+"""Frames of J1939: the parameter group says what they hold, whatever priority and source are."""
+
+from collections.abc import Collection, MutableMapping
+
+from hil_emulator.captures.carrier import Carrier
+from hil_emulator.errors import UserError
+from hil_emulator.identify.measured.channel_names import KNOWN
+
+_PEER_TO_PEER = 240
+"""PDU format below which the next byte is a destination, not a part of the group (SAE J1939-21)."""
+
+
+def group(can_id: int) -> int:
+    """Return the parameter group number of a 29-bit identifier (SAE J1939-21, 5.1.2)."""
+    number = can_id >> 8 & 0x3FFFF
+    return number if number >> 8 & 0xFF >= _PEER_TO_PEER else number & 0x3FF00
+
+
+def by_parameter_group(
+    carriers: MutableMapping[tuple[int, bool], Carrier], seen: Collection[int]
+) -> list[str]:
+    """Give carriers that no frame has the identifier of their group's frames, and report it.
+
+    Of several sources that of the carrier counts.
+
+    Args:
+        carriers: by identifier and whether it has 29 bits; gets the other identifiers.
+        seen: identifiers of 29 bits in the capture.
+
+    Raises:
+        UserError: if several sources send what a carrier describes.
+
+    """
+    notes = []
+    free = [can_id for can_id in seen if (can_id, True) not in carriers]
+    for carrier in [c for c in carriers.values() if c.any_source and c.can_id not in seen]:
+        same = [i for i in free if group(i) == group(carrier.can_id)]
+        same = [i for i in same if i & 0xFF == carrier.can_id & 0xFF] or same
+        useful = any(s.name in KNOWN for s in carrier.signals)
+        if len(same) > 1 and useful:
+            sources = ", ".join(f"{i:08X}" for i in sorted(same))
+            raise UserError(
+                f"{carrier.name}: parameter group {group(carrier.can_id):05X} comes from several "
+                f"sources ({sources}); give the message the identifier of one of them"
+            )
+        if len(same) == 1 and useful:
+            carriers[same[0], True] = carrier
+            notes.append(
+                f"{carrier.name}: identifier {carrier.can_id:08X} is read from {same[0]:08X}, the "
+                "same J1939 parameter group"
+            )
+    return notes
