@@ -170,6 +170,14 @@ class Faults:
             if owner is node
         )
 
+    def acknowledged(self, node: Node, now_ns: int) -> bool:
+        """Return whether another node acknowledges the frame that a node sends."""
+        return all(
+            act.acknowledged(running.strength(now_ns))
+            for running, owner, act in self._frames
+            if owner is node
+        )
+
     def _begin(self, running: Running, now_ns: int) -> None:
         self._waiting.remove(running)
         self._running.append(running)

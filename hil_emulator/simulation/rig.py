@@ -87,7 +87,7 @@ class Rig:
         if isinstance(bus, TimedCanPort):
             self.wire = bus.wire
             self._router = TimedRouter(self.nodes, bus)
-            self._router.disturb(self.faults.destroys)
+            self._router.disturb(self.faults.destroys, self.faults.acknowledged)
         self._only = self.nodes[0] if len(self.nodes) == 1 and not self.wire else None
         self.measured: Measured | None = None
         self._fast_path = FastPathNodes(self, steps)

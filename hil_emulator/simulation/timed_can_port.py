@@ -9,7 +9,7 @@ import functools
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Protocol
 
-from hil_emulator.can_timing.controller import CanController
+from hil_emulator.can_timing.controller import CanController, ErrorState
 from hil_emulator.can_timing.wire import Passed, TimedWire, WireError
 from hil_emulator.config.bus import WireSettings
 from hil_emulator.device.emergency import ErrorBit, ErrorCode
@@ -110,10 +110,12 @@ class TimedRouter(FrameRouter):
         for node, controller in self._controllers.items():
             self._report_loss(node, controller)
             for error in self._port.errors:
-                if error.controller is controller and error.error_class == RESTARTED:
-                    code = ErrorCode.RECOVERED_FROM_BUS_OFF
-                    node.raise_error(BUS_OFF, code, ErrorBit.COMMUNICATION)
-                    node.clear_error(BUS_OFF)
+                if error.controller is controller:
+                    _report(node, error.error_class)
+            if controller.error_state is ErrorState.PASSIVE:
+                node.raise_error(ErrorState, ErrorCode.ERROR_PASSIVE, ErrorBit.COMMUNICATION)
+            else:
+                node.clear_error(ErrorState)
 
     def stand(self) -> None:
         """Let frames pass at once from now on: time stands still."""
@@ -123,10 +125,19 @@ class TimedRouter(FrameRouter):
         """Let time pass again."""
         self._port.standing = False
 
-    def disturb(self, destroys: Callable[[Node, int], bool]) -> None:
-        """Let error frames destroy what nodes send, where a function of node and time says so."""
+    def disturb(
+        self, destroys: Callable[[Node, int], bool], acknowledged: Callable[[Node, int], bool]
+    ) -> None:
+        """Let functions of node and time decide about what nodes send.
+
+        Args:
+            destroys: whether an error frame destroys it.
+            acknowledged: whether another node acknowledges it.
+
+        """
         for node, controller in self._controllers.items():
             controller.disturbed = functools.partial(destroys, node)
+            controller.acknowledged = functools.partial(acknowledged, node)
 
     def say(self, node: Node, frames: Sequence[Frame]) -> None:
         """Queue what a node sends in its controller."""
@@ -162,3 +173,12 @@ class TimedRouter(FrameRouter):
             node.raise_error(CanController, ErrorCode.CAN_OVERRUN, ErrorBit.COMMUNICATION)
         elif controller.head is None:
             node.clear_error(CanController)
+
+
+def _report(node: Node, error_class: int) -> None:
+    """Let a node obey and report what its controller has met with."""
+    if error_class == BUS_OFF:
+        node.bus_off()
+    elif error_class == RESTARTED:
+        node.raise_error(BUS_OFF, ErrorCode.RECOVERED_FROM_BUS_OFF, ErrorBit.COMMUNICATION)
+        node.clear_error(BUS_OFF)
