@@ -165,8 +165,6 @@ class SdoClient:
         request = head(0xC6 if checked else 0xC2, index, subindex)
         answer = self.request(request + len(data).to_bytes(4, "little"))
         assert answer[0] & 0xE3 == 0xA0, f"answer {answer.hex()} begins no block download"
-        if checked:
-            assert answer[0] & 0x04, "the device supports no checksum"
         at, block_size = 0, answer[4]
         while at < len(data):
             segments = [

@@ -145,7 +145,8 @@ def test_emergency_has_its_identifier(device: Device) -> None:
     """Emergencies come with the identifier of 0x1014, and not at all with its bit 31 set."""
     need_writable(device, EMCY_COB_ID)
     way = ways(device)[0]
-    device.sdo.write(EMCY_COB_ID, 0, NO_EMERGENCY | OTHER_ID, 4)
+    disabled = NO_EMERGENCY | device.sdo.read(EMCY_COB_ID)
+    device.sdo.write(EMCY_COB_ID, 0, disabled, 4)
     device.sdo.write(EMCY_COB_ID, 0, OTHER_ID, 4)
     since = len(device.wire.log)
     way.cause()

@@ -3,7 +3,7 @@
 import pytest
 
 from hil_emulator.conformance.cases import case
-from hil_emulator.conformance.demands import need_guarding, need_writable
+from hil_emulator.conformance.demands import need_emergency, need_guarding, need_writable
 from hil_emulator.conformance.device import (
     GUARD_TIME,
     HEARTBEAT_CONSUMER,
@@ -40,6 +40,7 @@ def test_heartbeats_begin_with_boot_up(storing: Device) -> None:
 @case("7.302")
 def test_lost_heartbeat_is_reported_in_time(device: Device) -> None:
     """The emergency 8130 comes when the consumer time is over: no sooner, and soon."""
+    need_emergency(device)
     need_writable(device, HEARTBEAT_CONSUMER, 1)
     watch_other_node(device, CONSUMER_MS)
     begin_ns, since = device.wire.now_ns, len(device.wire.log)
@@ -94,6 +95,7 @@ def test_guarding_shows_each_state(device: Device) -> None:
 @case("7.306")
 def test_life_time_is_waited_for(device: Device) -> None:
     """No emergency comes before guard time times life time factor, one does after it."""
+    need_emergency(device)
     need_guarding(device)
     if device.eds.writable(HEARTBEAT_PRODUCER):
         device.sdo.write(HEARTBEAT_PRODUCER, 0, 0, 2)

@@ -3,7 +3,12 @@
 import pytest
 
 from hil_emulator.conformance.cases import case
-from hil_emulator.conformance.demands import need_guarding, need_object, need_writable
+from hil_emulator.conformance.demands import (
+    need_emergency,
+    need_guarding,
+    need_object,
+    need_writable,
+)
 from hil_emulator.conformance.device import (
     GUARD_TIME,
     HEARTBEAT_PRODUCER,
@@ -74,6 +79,7 @@ def test_guarding_parameters_are_taken(device: Device) -> None:
 @case("7.6")
 def test_lost_master_is_reported(guarded: Device) -> None:
     """When requests stop for guard time times life time factor, an emergency 8130 is sent."""
+    need_emergency(guarded)
     guarded.sdo.write(GUARD_TIME, 0, 200, 2)
     guarded.sdo.write(LIFE_TIME_FACTOR, 0, 3, 1)
     since = len(guarded.wire.log)

@@ -3,7 +3,12 @@
 import pytest
 
 from hil_emulator.conformance.cases import case
-from hil_emulator.conformance.demands import need_remote_frames, need_writable
+from hil_emulator.conformance.demands import (
+    need_emergency,
+    need_remote_frames,
+    need_sync,
+    need_writable,
+)
 from hil_emulator.conformance.device import OPERATIONAL, PRE_OPERATIONAL, STOPPED, Device
 from hil_emulator.conformance.errors import PDO_TOO_SHORT
 from hil_emulator.conformance.patterns import loops, packed, pattern
@@ -21,6 +26,8 @@ from hil_emulator.device.entry import Entry
 RPDO_OVERDUE = 0x8250
 SYNCHRONOUS_WINDOW = 0x1007
 ON_REQUEST_AT_SYNC = 252
+SYNC_CYCLIC_MAX = 240
+"""Largest transmission type of a synchronous RPDO (CiA 301 7.5.2.35)."""
 WINDOW_MS, DEADLINE_MS = 2000, 100
 DIGITS = 2
 """By how much process data may move that were seen at rest. Assumed."""
@@ -44,7 +51,8 @@ def values(device: Device, variables: list[Entry]) -> list[bytes]:
 
 
 def answer(device: Device, can_id: int) -> bytes | None:
-    """Return what comes at a SYNC with an identifier."""
+    """Return what comes at a SYNC with an identifier; skips where no SYNC is consumed."""
+    need_sync(device)
     since = len(device.wire.log)
     device.sync()
     return device.wire.await_frame(can_id, since=since, patience_ms=200)
@@ -75,6 +83,8 @@ class Reception:
 
     def __init__(self, device: Device, kind: int = 255) -> None:
         self.device = device
+        if kind <= SYNC_CYCLIC_MAX:
+            need_sync(device)
         self.pdo = receiving(device)
         self.variables = mapped(device, self.pdo)
         self.pdo.set(TRANSMISSION_TYPE, kind)
@@ -212,6 +222,7 @@ def test_synchronous_window_is_open(device: Device) -> None:
 @case("3.307")
 def test_short_rpdo_is_reported(device: Device) -> None:
     """A byte too few is an emergency 8210, and changes nothing."""
+    need_emergency(device)
     reception = Reception(device)
     reception.start()
     since = len(device.wire.log)
@@ -234,6 +245,7 @@ def test_long_rpdo_is_taken(device: Device) -> None:
 @case("3.309")
 def test_overdue_rpdo_is_reported(device: Device) -> None:
     """After its event timer has passed without another RPDO, there is an emergency 8250."""
+    need_emergency(device)
     reception = Reception(device)
     if not reception.pdo.offers(EVENT_TIMER):
         pytest.skip(f"{reception.pdo.name} has no event timer")
@@ -248,6 +260,7 @@ def test_overdue_rpdo_is_reported(device: Device) -> None:
 def test_remote_frame_is_answered_with_the_last_sync(device: Device) -> None:
     """With type 252 the values are those of the last SYNC, whatever was written since."""
     need_remote_frames(device)
+    need_sync(device)
     can_id, variable = loop_tpdo(device, ON_REQUEST_AT_SYNC, remote=True)
     device.enter(OPERATIONAL)
     sampled = put(device, variable, 1)
