@@ -160,6 +160,16 @@ class SdoClient:
             assert answer[0] == 0x20 | toggle, f"answer {answer.hex()} is none to a segment"
             toggle ^= 0x10
 
+    def segmented_download_code(self, index: int, subindex: int, data: bytes) -> int:
+        """Return the abort code of a download in one segment without a size, 0 if it is taken."""
+        unused = SEGMENT - len(data)
+        try:
+            self.request(head(0x20, index, subindex))
+            self.request(bytes([unused << 1 | 1]) + data)
+        except Aborted as abort:
+            return abort.code
+        return 0
+
     def block_download(self, index: int, subindex: int, data: bytes, *, checked: bool) -> None:
         """Write an object as a block; raises `Aborted`."""
         request = head(0xC6 if checked else 0xC2, index, subindex)

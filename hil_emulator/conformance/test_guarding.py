@@ -52,6 +52,12 @@ def test_toggle_bit(guarded: Device) -> None:
     """The first answer after boot-up has toggle 0, each further one the other value."""
     answers = [guarded.guard() for _ in range(5)]
     assert [answer and answer[0] & TOGGLE for answer in answers] == [0, TOGGLE, 0, TOGGLE, 0]
+    guarded.reset()
+    if guarded.eds.writable(HEARTBEAT_PRODUCER):
+        guarded.sdo.write(HEARTBEAT_PRODUCER, 0, 0, 2)
+    first = guarded.guard()
+    assert first is not None
+    assert not first[0] & TOGGLE, "the toggle bit went on over a reset"
 
 
 @case("7.4")

@@ -246,11 +246,7 @@ def test_long_rpdo_is_taken(device: Device) -> None:
 def test_overdue_rpdo_is_reported(device: Device) -> None:
     """After its event timer has passed without another RPDO, there is an emergency 8250."""
     need_emergency(device)
-    reception = Reception(device)
-    if not reception.pdo.offers(EVENT_TIMER):
-        pytest.skip(f"{reception.pdo.name} has no event timer")
-    reception.pdo.set(EVENT_TIMER, DEADLINE_MS)
-    reception.start()
+    reception = with_deadline(device)
     since = len(device.wire.log)
     reception.send(1)
     assert device.await_emergency(RPDO_OVERDUE, since) is not None, "no emergency 8250"
@@ -279,3 +275,77 @@ def test_acyclic_tpdo_needs_an_event(device: Device) -> None:
     device.enter(OPERATIONAL)
     answer(device, can_id)
     assert [answer(device, can_id) for _ in range(3)] == [None, None, None]
+
+
+@case("3.312")
+def test_rpdo_that_never_came_is_not_overdue(device: Device) -> None:
+    """The event timer of an RPDO begins with its first reception, not with OPERATIONAL."""
+    need_emergency(device)
+    reception = with_deadline(device)
+    since = len(device.wire.log)
+    device.wire.run(3 * DEADLINE_MS)
+    assert RPDO_OVERDUE not in device.emergencies(since)
+    assert reception.pdo.valid
+
+
+@case("3.313")
+def test_rpdo_is_overdue_again(device: Device) -> None:
+    """An RPDO that came back and stops again is reported a second time."""
+    need_emergency(device)
+    reception = with_deadline(device)
+    for seed in (1, 2):
+        since = len(device.wire.log)
+        device.enter(OPERATIONAL)  # which an error may have ended
+        reception.send(seed)
+        assert device.await_emergency(RPDO_OVERDUE, since) is not None, f"not reported: {seed}"
+
+
+@case("3.314")
+def test_synchronous_rpdo_is_forgotten(device: Device) -> None:
+    """What waited for SYNC when OPERATIONAL was left is not applied by a SYNC after it."""
+    reception = Reception(device, kind=0)
+    reception.start()
+    reception.send(1)
+    device.enter(PRE_OPERATIONAL)
+    device.enter(OPERATIONAL)
+    device.sync()
+    assert not reception.applied
+
+
+@case("3.315")
+def test_last_synchronous_rpdo_is_applied_once(device: Device) -> None:
+    """Of two RPDOs before a SYNC the second acts; a further SYNC does not apply it again."""
+    reception = Reception(device, kind=0)
+    variable = next((v for v in reception.variables if v.writable), None)
+    reception.start()
+    reception.send(1)
+    reception.send(3)
+    device.sync()
+    assert reception.applied, "not the last one"
+    if variable is None:
+        return
+    written = put(device, variable, 5)
+    device.sync()
+    value = device.sdo.upload(variable.index, variable.subindex)
+    assert value == written, "applied a second time"
+
+
+@case("3.316")
+def test_invalid_rpdo_is_not_taken(device: Device) -> None:
+    """With bit 31 of its COB-ID set again, an RPDO changes nothing."""
+    reception = Reception(device)
+    reception.start()
+    reception.send(1)
+    reception.pdo.disable()
+    reception.send(3)
+    assert not reception.applied
+
+
+def with_deadline(device: Device) -> Reception:
+    """Return an RPDO with an event timer, in OPERATIONAL; the case is skipped without one."""
+    reception = Reception(device)
+    if not reception.pdo.offers(EVENT_TIMER):
+        pytest.skip(f"{reception.pdo.name} has no event timer")
+    reception.pdo.set(EVENT_TIMER, DEADLINE_MS)
+    reception.start()
+    return reception

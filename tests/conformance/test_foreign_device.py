@@ -22,6 +22,8 @@ FAULTS = {
     "2.19": "a block upload is answered as a segmented one (0504 0001)",
     "2.302": "sub-index 1 of a variable is answered",
     "2.304": "a transfer goes on after the client's abort (7.2.4.3.17)",
+    "2.316": "sub-index 1 of a variable is refused as read-only (0609 0011)",
+    "2.317": "the segment after the last is answered (0504 0001)",
     "2.305": "the server waits for ever (0504 0000)",
     "4.5": "sub-index 255 of a variable is answered with its value",
     "9.4": "SDO is answered in STOPPED (7.3.2.2.4)",
