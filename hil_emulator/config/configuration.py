@@ -7,6 +7,7 @@ from typing import Any
 from hil_emulator.config.bench import BenchSettings
 from hil_emulator.config.bus import WireSettings
 from hil_emulator.config.nodes import NodeSettings
+from hil_emulator.config.partners import PartnerSettings
 from hil_emulator.config.plant import FmuSettings
 from hil_emulator.model.declare import Effect
 
@@ -37,6 +38,7 @@ class Configuration:
         unsaid: fields of `plant` that no file states: they follow from the others.
         bench: what of an actuator it describes; what it need not say of the plant is not a number,
             so that nothing which depends on it has a value.
+        partners: nodes on the bus that are not CANopen.
         supply_mates: names of the other actuators of a machine on its supply.
 
     """
@@ -61,3 +63,4 @@ class Configuration:
     supply_mates: tuple[str, ...] = ()
     unsaid: frozenset[str] = frozenset()
     fmu: FmuSettings | None = None
+    partners: tuple[PartnerSettings, ...] = ()

@@ -16,6 +16,7 @@ from hil_emulator.model.sampling import Sensors
 from hil_emulator.recording.memory import Recorder
 from hil_emulator.simulation.active_effects import acting_together
 from hil_emulator.simulation.node_factory import nodes
+from hil_emulator.simulation.partner_factory import partners
 from hil_emulator.simulation.rig import Rig
 from hil_emulator.simulation.timed_can_port import CanPort, TimedCanPort
 
@@ -81,4 +82,7 @@ def _rig(config: Configuration, plant: Plant, bus: CanPort) -> Rig:
     made = nodes(config, sensors.names)
     if config.wire.modelled and not isinstance(bus, TimedCanPort):
         bus = TimedCanPort(bus, config.wire)
-    return Rig(plant, sensors, made, bus, config.tick_ns, config.steps, None, config.not_finite)
+    others = partners(config, sensors.names)
+    return Rig(
+        plant, sensors, made, bus, config.tick_ns, config.steps, None, config.not_finite, others
+    )

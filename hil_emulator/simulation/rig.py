@@ -18,11 +18,12 @@ from hil_emulator.faults.running import Running
 from hil_emulator.frame import Frame
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.sampling import Sensors
+from hil_emulator.partners.partner import Partner
 from hil_emulator.recording.memory import Recorder
 from hil_emulator.signals.columns import MODEL
 from hil_emulator.signals.inputs import OF_SUPPLY, checked
 from hil_emulator.simulation.fast_path_nodes import FastPathNodes
-from hil_emulator.simulation.frame_router import FrameRouter
+from hil_emulator.simulation.frame_router import FrameRouter, Participant
 from hil_emulator.simulation.not_finite import NotFiniteError
 from hil_emulator.simulation.settings import Settings
 from hil_emulator.simulation.timed_can_port import CanPort, TimedCanPort, TimedRouter
@@ -43,6 +44,7 @@ class Rig:
         tick_ns: period of the loop [ns].
         steps: integration steps per tick.
         recorder: takes down every tick, where there is one.
+        partners: nodes on the bus that are not CANopen.
         not_finite: what becomes of a model with a state that is not finite: "stop" or "reset".
 
     Attributes:
@@ -66,10 +68,14 @@ class Rig:
         steps: int,
         recorder: Recorder | None = None,
         not_finite: str = "stop",
+        partners: Sequence[Partner] = (),
     ) -> None:
         self.plant = plant
         self.sensors = sensors
         self.nodes = tuple(nodes)
+        self.partners = tuple(partners)
+        everyone: tuple[Participant, ...] = (*self.nodes, *self.partners)
+        self._everyone = everyone
         self.bus = bus
         self.tick_ns = tick_ns
         self.now_ns = 0
@@ -83,12 +89,12 @@ class Rig:
         self._resets = not_finite == "reset"
         self.wire: TimedWire | None = None
         self.supply_mates: Sequence[Rig] = ()
-        self._router = FrameRouter(self.nodes)
+        self._router = FrameRouter(everyone)
         if isinstance(bus, TimedCanPort):
             self.wire = bus.wire
-            self._router = TimedRouter(self.nodes, bus)
+            self._router = TimedRouter(everyone, bus)
             self._router.disturb(self.faults.destroys, self.faults.acknowledged)
-        self._only = self.nodes[0] if len(self.nodes) == 1 and not self.wire else None
+        self._only = self.nodes[0] if len(everyone) == 1 and not self.wire else None
         self.measured: Measured | None = None
         self._fast_path = FastPathNodes(self, steps)
         self._measure()
@@ -307,8 +313,8 @@ class Rig:
     def _transmit(self) -> None:
         outgoing: Sequence[Frame] = ()
         on_fast_path = True
-        for node in self.nodes:
-            if node.fast_path.until_ns:
+        for node in self._everyone:
+            if isinstance(node, Node) and node.fast_path.until_ns:
                 sent: Sequence[Frame] = node.repeat(self.now_ns, self.sensors.record)
             else:
                 sent = node.publish(self.now_ns, self.sample())

@@ -13,9 +13,8 @@ from hil_emulator.can_timing.controller import CanController, ErrorState
 from hil_emulator.can_timing.wire import Passed, TimedWire, WireError
 from hil_emulator.config.bus import WireSettings
 from hil_emulator.device.emergency import ErrorBit, ErrorCode
-from hil_emulator.device.node import Node
 from hil_emulator.frame import BUS_OFF, RESTARTED, Frame
-from hil_emulator.simulation.frame_router import FrameRouter
+from hil_emulator.simulation.frame_router import FrameRouter, Participant
 
 
 class CanPort(Protocol):
@@ -98,7 +97,7 @@ class TimedRouter(FrameRouter):
 
     """
 
-    def __init__(self, nodes: Sequence[Node], port: TimedCanPort) -> None:
+    def __init__(self, nodes: Sequence[Participant], port: TimedCanPort) -> None:
         super().__init__(nodes)
         self._port = port
         self._controllers = {node: port.attach() for node in nodes}
@@ -126,7 +125,9 @@ class TimedRouter(FrameRouter):
         self._port.standing = False
 
     def disturb(
-        self, destroys: Callable[[Node, int], bool], acknowledged: Callable[[Node, int], bool]
+        self,
+        destroys: Callable[[Participant, int], bool],
+        acknowledged: Callable[[Participant, int], bool],
     ) -> None:
         """Let functions of node and time decide about what nodes send.
 
@@ -139,7 +140,7 @@ class TimedRouter(FrameRouter):
             controller.disturbed = functools.partial(destroys, node)
             controller.acknowledged = functools.partial(acknowledged, node)
 
-    def say(self, node: Node, frames: Sequence[Frame]) -> None:
+    def say(self, node: Participant, frames: Sequence[Frame]) -> None:
         """Queue what a node sends in its controller."""
         if self._port.standing:
             super().say(node, frames)
@@ -148,7 +149,7 @@ class TimedRouter(FrameRouter):
 
     def arriving(
         self, frames: Sequence[Frame], *, everything: bool
-    ) -> Iterator[tuple[Node, Sequence[Frame]]]:
+    ) -> Iterator[tuple[Participant, Sequence[Frame]]]:
         """Yield each node with what it hears now; one that is off the bus hears nothing."""
         if self._port.standing:
             yield from super().arriving(frames, everything=everything)
@@ -166,7 +167,7 @@ class TimedRouter(FrameRouter):
         own = self._controllers.values()
         return [(p.done_ns, [p.frame]) for p in self._port.passed if p.sender in own]
 
-    def _report_loss(self, node: Node, controller: CanController) -> None:
+    def _report_loss(self, node: Participant, controller: CanController) -> None:
         """Let a node report frames lost in its queue, until that is empty again."""
         if controller.lost > self._lost[node]:
             self._lost[node] = controller.lost
@@ -175,7 +176,7 @@ class TimedRouter(FrameRouter):
             node.clear_error(CanController)
 
 
-def _report(node: Node, error_class: int) -> None:
+def _report(node: Participant, error_class: int) -> None:
     """Let a node obey and report what its controller has met with."""
     if error_class == BUS_OFF:
         node.bus_off()
