@@ -17,6 +17,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.platform.paths import shipped
 from hil_emulator.simulation.emulator import Emulator
+from hil_emulator.simulation.partner_factory import partners
 
 COMMAND, STATUS = 0x100, 0x101
 DRIVER = shipped("configs/partners/valve_driver.dbc")
@@ -181,14 +182,14 @@ def test_partners_hear_no_own_frames_and_take_turns_on_a_wire(tmp_path: Path) ->
 def test_mistakes_are_named(tmp_path: Path, change: tuple[str, str], message: str) -> None:
     """What is wrong ends with one message that names file, place and way out."""
     with pytest.raises(UserError, match=re.escape(message)):
-        Emulator(load(pump(tmp_path, change)))
+        partners(load(pump(tmp_path, change)), ["supply_pressure", "position"])
 
 
 def test_a_unit_that_is_none_needs_one(tmp_path: Path) -> None:
     """Where the DBC has no unit, the configuration states what one of the signal is."""
     dbc = DBC.replace('"um"', '"counts"')
     with pytest.raises(UserError, match="the unit 'counts' of the DBC"):
-        Emulator(load(pump(tmp_path, dbc=dbc)))
+        partners(load(pump(tmp_path, dbc=dbc)), ["supply_pressure", "position"])
     given = (
         '"Slow.Position" = "position"',
         '"Slow.Position" = { channel = "position", unit = "1 um" }',

@@ -91,13 +91,23 @@ class Bench:
         return sum(frame.can_id == can_id for frame in self.heard)
 
 
-@pytest.fixture
-def bench() -> Iterator[Bench]:
-    """Yield the load cell and an ECU with an address."""
+@pytest.fixture(scope="module")
+def claimed() -> Iterator[Bench]:
+    """Yield the load cell and an ECU, both with an address: the ECU takes a while for it."""
     made = Bench(load_cell())
     made.until(lambda: made.application.state == j1939.ControllerApplication.State.NORMAL)
+    made.step(milliseconds=300)
     yield made
     made.ecu.stop()
+
+
+@pytest.fixture
+def bench(claimed: Bench) -> Bench:
+    """Return both, with nothing heard yet and no transfer under way."""
+    claimed.step(milliseconds=300)
+    claimed.heard.clear()
+    claimed.received.clear()
+    return claimed
 
 
 def test_nothing_is_sent_before_the_address_is_claimed() -> None:
@@ -143,7 +153,6 @@ def test_short_messages_are_read_by_the_ecu(bench: Bench) -> None:
 
 def test_a_requested_long_message_is_broadcast(bench: Bench) -> None:
     """The ECU's request for 16 bytes is answered by BAM, which the ECU assembles."""
-    bench.step(milliseconds=300)
     bench.application.send_request(0, CALIBRATION, ADDRESS)
     bench.until(lambda: any(pgn == CALIBRATION for pgn, _, _ in bench.received))
     _, source, data = next(r for r in bench.received if r[0] == CALIBRATION)
@@ -165,7 +174,6 @@ def test_packets_of_a_broadcast_are_50_ms_apart() -> None:
 
 def test_a_request_for_what_is_not_there_is_refused(bench: Bench) -> None:
     """A request of an unknown group has a negative acknowledgement with that group."""
-    bench.step(milliseconds=300)
     bench.application.send_request(0, 0xFECA, ADDRESS)
     bench.step(milliseconds=5)
     (frame,) = [f for f in bench.heard if f.can_id >> 16 & 0xFF == 0xE8]
@@ -182,7 +190,6 @@ def test_the_address_can_be_requested(bench: Bench) -> None:
 
 def test_a_long_command_comes_by_connection(bench: Bench) -> None:
     """The ECU sends twelve bytes by RTS; the partner answers CTS and acknowledges the end."""
-    bench.step(milliseconds=300)
     data = [0] * 8 + list((2500).to_bytes(4, "little"))
     bench.application.send_pgn(0, 0xEF, ADDRESS, 6, data)  # PDU1 to the partner
     bench.until(lambda: any(f.can_id >> 16 & 0xFF == 0xEC and f.data[0] == 19 for f in bench.heard))
@@ -190,7 +197,6 @@ def test_a_long_command_comes_by_connection(bench: Bench) -> None:
 
 def test_a_long_message_goes_to_one_node_by_connection(bench: Bench) -> None:
     """Sixteen bytes to the ECU's address: RTS, packets as its CTS allow, end acknowledged."""
-    bench.step(milliseconds=300)
     bench.partner._transport.send(0xEF00, bytes(range(16)), OTHER)
     bench.until(lambda: any(pgn == 0xEF00 for pgn, _, _ in bench.received))
     assert next(r for r in bench.received if r[0] == 0xEF00) == (0xEF00, ADDRESS, bytes(range(16)))
@@ -211,7 +217,6 @@ def test_a_connection_without_an_answer_is_given_up() -> None:
 
 def test_a_long_command_is_obeyed_from_a_broadcast(bench: Bench) -> None:
     """What the ECU broadcasts in two packets sets the current."""
-    bench.step(milliseconds=300)
     data = [0] * 8 + list((2500).to_bytes(4, "little"))
     bench.application.send_pgn(0, LIMITS >> 8, LIMITS & 0xFF, 6, data)
     bench.until(lambda: bench.commands.get("valve_current") == pytest.approx(2.5e-3))
