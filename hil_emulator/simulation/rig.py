@@ -39,12 +39,11 @@ class Rig:
     Args:
         plant: the actuator.
         sensors: its sensor channels.
-        nodes: the CANopen nodes that show it.
+        nodes: what is on the bus: the CANopen nodes that show it, and partners.
         bus: carries the frames.
         tick_ns: period of the loop [ns].
         steps: integration steps per tick.
         recorder: takes down every tick, where there is one.
-        partners: nodes on the bus that are not CANopen.
         not_finite: what becomes of a model with a state that is not finite: "stop" or "reset".
 
     Attributes:
@@ -62,20 +61,18 @@ class Rig:
         self,
         plant: Plant,
         sensors: Sensors,
-        nodes: Sequence[Node],
+        nodes: Sequence[Participant],
         bus: CanPort,
         tick_ns: int,
         steps: int,
         recorder: Recorder | None = None,
         not_finite: str = "stop",
-        partners: Sequence[Partner] = (),
     ) -> None:
         self.plant = plant
         self.sensors = sensors
-        self.nodes = tuple(nodes)
-        self.partners = tuple(partners)
-        everyone: tuple[Participant, ...] = (*self.nodes, *self.partners)
-        self._everyone = everyone
+        self.nodes = tuple(node for node in nodes if isinstance(node, Node))
+        self.partners = tuple(node for node in nodes if isinstance(node, Partner))
+        self._everyone: tuple[Participant, ...] = (*self.nodes, *self.partners)
         self.bus = bus
         self.tick_ns = tick_ns
         self.now_ns = 0
@@ -83,18 +80,18 @@ class Rig:
         self.left_stroke_ns: int | None = None
         self._watched = not plant.has_ends
         self.recorder = recorder
-        self.faults = Faults(plant, sensors, nodes, self.value, self._began, self._ended)
-        self._settings = Settings(plant, nodes, self.faults.parameters)
+        self.faults = Faults(plant, sensors, self.nodes, self.value, self._began, self._ended)
+        self._settings = Settings(plant, self.nodes, self.faults.parameters)
         self._steps = steps
         self._resets = not_finite == "reset"
         self.wire: TimedWire | None = None
         self.supply_mates: Sequence[Rig] = ()
-        self._router = FrameRouter(everyone)
+        self._router = FrameRouter(self._everyone)
         if isinstance(bus, TimedCanPort):
             self.wire = bus.wire
-            self._router = TimedRouter(everyone, bus)
+            self._router = TimedRouter(self._everyone, bus)
             self._router.disturb(self.faults.destroys, self.faults.acknowledged)
-        self._only = self.nodes[0] if len(everyone) == 1 and not self.wire else None
+        self._only = self.nodes[0] if len(self._everyone) == 1 and not self.wire else None
         self.measured: Measured | None = None
         self._fast_path = FastPathNodes(self, steps)
         self._measure()
