@@ -16,7 +16,8 @@ class Frame(NamedTuple):
 
     Attributes:
         can_id: 11-bit identifier, or 29-bit where `extended` is set.
-        data: 0 to 8 bytes; empty for a remote frame.
+        data: 0 to 8 bytes; of a remote frame, which has none, as many zeros as its length code
+            says.
         remote: a remote transmission request (RTR).
         extended: a 29-bit identifier; of the CANopen services here only PDOs can have one.
 

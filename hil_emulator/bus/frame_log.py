@@ -9,6 +9,7 @@ from typing import Any
 import can
 
 from hil_emulator import input_files
+from hil_emulator.bus.in_process import as_frame, as_message
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 
@@ -50,12 +51,9 @@ def write(file: Path, frames: Iterable[tuple[int, bool, Frame]], remarks: Iterab
                 writer.log_event(remark, 0.0)
         for now_ns, sent, frame in frames:
             logger(
-                can.Message(
+                as_message(
+                    frame,
                     timestamp=now_ns / _NS_PER_S,
-                    arbitration_id=frame.can_id,
-                    is_extended_id=frame.extended,
-                    is_remote_frame=frame.remote,
-                    data=frame.data,
                     channel=_CHANNEL if file.suffix == ".log" else 0,
                     is_rx=not sent,
                 )
@@ -71,7 +69,7 @@ def read(file: Path, tick_ns: int) -> Iterator[tuple[int, bool, Frame]]:
     """
     for message in _messages(file):
         now_ns = round(message.timestamp * _NS_PER_S / tick_ns) * tick_ns
-        yield now_ns, not message.is_rx, _frame(message)
+        yield now_ns, not message.is_rx, as_frame(message)
 
 
 def captured(file: Path) -> Iterator[tuple[int, Frame]]:
@@ -89,7 +87,7 @@ def captured(file: Path) -> Iterator[tuple[int, Frame]]:
                 f"{file}: identifier {key[0]:03X} comes from channel {channels[key]} and from "
                 f"channel {message.channel}; keep the frames of one of them"
             )
-        yield round(message.timestamp * _NS_PER_S), _frame(message)
+        yield round(message.timestamp * _NS_PER_S), as_frame(message)
 
 
 def _messages(file: Path) -> Iterator[can.Message]:
@@ -156,7 +154,3 @@ class _Objects(can.BLFReader):
                 raise ValueError(f"an object says that it has {size} bytes")
             at = data.find(_OBJECT, at + size, at + size + 8)
         yield from super()._parse_data(data)
-
-
-def _frame(m: can.Message) -> Frame:
-    return Frame(m.arbitration_id, bytes(m.data), m.is_remote_frame, m.is_extended_id)

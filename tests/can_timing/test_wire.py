@@ -28,6 +28,11 @@ frames = st.builds(
 )
 
 
+def requested(can_id: int, size: int, extended: bool) -> Frame:
+    """Return a remote frame with a length code."""
+    return Frame(can_id, bytes(size), True, extended)
+
+
 def on_the_wire(bits: int, count: int) -> list[int]:
     """Return bits with their stuff bits, as ISO 11898-1 words it."""
     sent: list[int] = []
@@ -49,13 +54,23 @@ def test_an_empty_frame_of_zeros_is_stuffed_after_each_five() -> None:
     assert length(Frame(0x555, b"\x55" * 8)) <= 98 + 24 + END_BITS
 
 
+@given(st.integers(0, 0x7FF), st.integers(0, 8))
+def test_a_remote_frame_has_a_length_code_and_no_data(can_id: int, size: int) -> None:
+    """Its field is 34 bits whatever length it asks for, and the code stands before the CRC."""
+    bits, count = stuffed_field(requested(can_id, size, extended=False))
+    assert count == 34
+    assert bits >> 15 & 0xF == size
+    assert crc(bits, count) == 0
+    assert stuff_bits(bits, count) == len(on_the_wire(bits, count)) - count
+
+
 @settings(deadline=None)
 @given(frames)
 def test_stuff_bits_are_those_of_the_standard(frame: Frame) -> None:
     """Never six equal bits; as many as bit by bit; the field has 34 or 54 bits beside the data."""
     bits, count = stuffed_field(frame)
     sent = on_the_wire(bits, count)
-    assert count == (54 if frame.extended else 34) + 8 * len(frame.data)
+    assert count == (54 if frame.extended else 34) + 8 * len(frame.data) * (not frame.remote)
     assert stuff_bits(bits, count) == len(sent) - count
     assert all(len(set(sent[n : n + 6])) == 2 for n in range(len(sent) - 5))
     assert crc(bits, count) == 0  # what is followed by its own checksum leaves none
