@@ -261,7 +261,7 @@ _NAMES: dict[tuple[int, str, int], tuple[str, ...]] = {
         "wait for the life time",
         "watch the node of each entry",
         "watch a node again that is back",
-        "watch a node no more when told so",
+        "stop watching a node whose entry is 0",
         "obey the error behaviour after life guarding",
         "toggle through the states",
     ),
@@ -325,7 +325,7 @@ _NAMES: dict[tuple[int, str, int], tuple[str, ...]] = {
         "ignore TIME where 0x1012 says so",
         "ignore TIME of another length than six bytes",
         "tell the time as it passes",
-        "go on from the TIME it was told, from 1984",
+        "go on from the TIME it received, in days since 1984",
     ),
 }
 

@@ -81,7 +81,7 @@ def test_time_has_six_bytes(device: Device) -> None:
 
 @case("12.6")
 def test_time_goes_on_from_1984(device: Device) -> None:
-    """A device that was told the TIME and then produces it, goes on from there."""
+    """A device that received TIME and then produces it goes on from there."""
     clock(device)
     days = 15_000
     device.wire.send(TIME, told(43_200_000, days))
@@ -94,7 +94,7 @@ def test_time_goes_on_from_1984(device: Device) -> None:
     shown_days = int.from_bytes(data[4:], "little")
     if shown_days == 0:
         pytest.skip("the device has a clock of its own, which TIME does not set")
-    assert shown_days == days, f"{shown_days} days since 1984, told {days}"
+    assert shown_days == days, f"{shown_days} days since 1984, {days} received"
 
 
 @case("12.5")

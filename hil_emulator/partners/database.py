@@ -38,8 +38,8 @@ def message_of(database: Database, file: Path, name: str) -> Message:
     for message in database.messages:
         if message.name == name:
             return message
-    known = ", ".join(message.name for message in database.messages)
-    raise UserError(f"{file} has no message {name!r}; there are {known or 'none'}")
+    names = ", ".join(message.name for message in database.messages)
+    raise UserError(f"{file} has no message {name!r}; there are {names or 'none'}")
 
 
 def signal_of(message: Message, file: Path, name: str) -> Signal:
@@ -52,8 +52,8 @@ def signal_of(message: Message, file: Path, name: str) -> Signal:
     for signal in message.signals:
         if signal.name == name:
             return signal
-    known = ", ".join(signal.name for signal in message.signals)
-    raise UserError(f"{file}: {message.name} has no signal {name!r}; there are {known}")
+    names = ", ".join(signal.name for signal in message.signals)
+    raise UserError(f"{file}: {message.name} has no signal {name!r}; there are {names}")
 
 
 def sent_by(database: Database, sender: str) -> Sequence[str]:

@@ -27,7 +27,7 @@ REQUEST, ACKNOWLEDGEMENT, ADDRESS_CLAIMED = 0xEA00, 0xE800, 0xEE00
 NO_ADDRESS = 254
 """Source address of a node that cannot claim one."""
 ARBITRARY = range(128, 248)
-"""Addresses that a node may take which lost its own (J1939-81)."""
+"""Addresses to choose from after a lost claim (J1939-81)."""
 CLAIM_NS = 250_000_000
 """Time in which others may contest an address (J1939-81)."""
 NOT_SUPPORTED = 1
@@ -70,7 +70,7 @@ class J1939Partner(Partner):
     Args:
         name: for messages to the user.
         sent: what it sends.
-        obeyed: what it obeys, whoever sends it.
+        obeyed: what it obeys, from any source.
         identity: its NAME.
         address: the one that it claims.
 
@@ -134,9 +134,9 @@ class J1939Partner(Partner):
             frames += self._transport.publish(now_ns, self.address)
         return frames
 
-    def frames(self, now_ns: int, message: SentMessage, data: bytes) -> list[Frame]:
+    def frames(self, now_ns: int, sent: SentMessage, data: bytes) -> list[Frame]:
         """Return the frames that carry a message; a long one is queued for the transport."""
-        can_id = message.message.frame_id & ~0xFF | self.address
+        can_id = sent.message.frame_id & ~0xFF | self.address
         if len(data) <= 8:
             return [Frame(can_id, data, False, True)]
         self._transport.send(parameter_group(can_id), data, _destination(can_id))

@@ -56,10 +56,10 @@ class Partner:
 
     def take(self, now_ns: int, frame: Frame) -> None:
         """Take one data frame."""
-        for message in self.obeyed:
-            known = message.message
-            if known.frame_id == frame.can_id and known.is_extended_frame == frame.extended:
-                message.receive(now_ns, frame.data)
+        for obeyed in self.obeyed:
+            message = obeyed.message
+            if (message.frame_id, message.is_extended_frame) == (frame.can_id, frame.extended):
+                obeyed.receive(now_ns, frame.data)
 
     def publish(self, now_ns: int, measured: Measured) -> list[Frame]:
         """Return the frames due with a sample."""
@@ -70,10 +70,9 @@ class Partner:
                 frames += self.frames(now_ns, message, data)
         return frames
 
-    def frames(self, now_ns: int, message: SentMessage, data: bytes) -> list[Frame]:
+    def frames(self, now_ns: int, sent: SentMessage, data: bytes) -> list[Frame]:
         """Return the frames that carry a message."""
-        known = message.message
-        return [Frame(known.frame_id, data, False, known.is_extended_frame)]
+        return [Frame(sent.message.frame_id, data, False, sent.message.is_extended_frame)]
 
     # -- as of `Node`: what a bus with modelled timing reports; a DBC has no object for it -----
 

@@ -47,7 +47,7 @@ class Protection:
 
     @property
     def counts(self) -> bool:
-        """Whether the header has a counter of its own."""
+        """Whether the header contains a counter."""
         return self.checksum != SAE_J1850
 
     def protect(self, data: bytes, last: int) -> tuple[bytes, int]:

@@ -149,8 +149,8 @@ class _Maker:
     def _check_word(self, signal: Signal, said: SignalSettings, word: str) -> None:
         words = [str(choice) for choice in (signal.choices or {}).values()]
         if word not in words:
-            known = ", ".join(words) or "none"
-            raise UserError(f"{self.file}: {said.where} has no value {word!r}; there are {known}")
+            listed = ", ".join(words) or "none"
+            raise UserError(f"{self.file}: {said.where} has no value {word!r}; there are {listed}")
 
     def _scale(self, signal: Signal, said: SignalSettings) -> tuple[float, float]:
         """Return the SI value of one unit of a signal, and that of 0."""

@@ -1,4 +1,4 @@
-"""Devices that are not ours: sound ones pass, and true faults have their own case."""
+"""Devices that are not ours: sound ones pass, and a fault fails the case about it."""
 
 from pathlib import Path
 
@@ -123,7 +123,7 @@ def test_the_command_says_that_no_device_answers(monkeypatch: pytest.MonkeyPatch
     """The command ends with exit code 2 and the reason."""
     monkeypatch.setattr("hil_emulator.conformance.device.BOOT_MS", 1)
     eds = str(shipped("eds/load_cell.eds"))
-    bus = ["--can", "virtual:nobody here"]
+    bus = ["--can", "virtual:empty"]
     result = CliRunner().invoke(main, ["conformance", *bus, "--node", "13", "--eds", eds])
     assert result.exit_code == 2
     assert "no device answers at node-ID 13" in result.output.splitlines()[-1]

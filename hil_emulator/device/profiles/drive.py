@@ -34,7 +34,7 @@ LOST_FAULT, LOST_DISABLE, LOST_QUICK_STOP = 1, 2, 3
 COMMUNICATION = 0x7500
 """Error code: communication (CiA 402-2)."""
 STAYS_FROM = 5
-"""Values of 0x605A from which on a quick stop ends in its own state."""
+"""Values of 0x605A from which on QUICK_STOP_ACTIVE is kept after a quick stop."""
 NS_PER_S = 1e9
 
 
@@ -44,7 +44,7 @@ class Drive:
     Args:
         dictionary: the node's dictionary.
         channels: names of the sensor channels.
-        emergency: told of faults.
+        emergency: reports faults.
 
     Attributes:
         sources: by (index, sub-index), what the profile feeds.

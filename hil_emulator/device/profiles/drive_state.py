@@ -63,7 +63,7 @@ class DriveStateMachine:
         Args:
             control: the control word.
             stopped: whether the drive stands still, which ends a quick stop and a fault reaction.
-            stays: whether a quick stop ends in its own state (0x605A from 5 on).
+            stays: whether QUICK_STOP_ACTIVE is kept at standstill (0x605A from 5 on).
 
         """
         rising = control & ~self._control
