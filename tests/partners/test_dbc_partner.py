@@ -12,6 +12,7 @@ from crccheck.crc import Crc8SaeJ1850
 from e2e import p01, p02
 
 from hil_emulator.bus.bus import Bus
+from hil_emulator.commands.replay import compare
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
@@ -197,3 +198,20 @@ def test_a_unit_that_is_none_needs_one(tmp_path: Path) -> None:
     with Emulator(load(pump(tmp_path, given, dbc=dbc))) as emulator:
         emulator.run_for("5 ms")
         assert sent(emulator, 0x201)
+
+
+def test_a_node_by_dbc_is_a_partner(tmp_path: Path) -> None:
+    """Written as [[node]], it is refused with the way out."""
+    layer = tmp_path / "node.toml"
+    layer.write_text('[[node]]\nid = 5\neds = "x.eds"\ndbc = "pump.dbc"\n')
+    with pytest.raises(UserError, match=r"write \[\[partner\]\] with name and dbc"):
+        load([shipped("configs/hyq_knee.toml"), layer])
+
+
+def test_a_recording_with_partners_repeats(driven: tuple[Emulator, Bus, Any]) -> None:
+    """Replayed, the recorded commands give the same frames and signals, bit for bit."""
+    emulator, controller, database = driven
+    for count in range(40):
+        controller.send([command(database, 0.1 * count, count % 15)])
+        emulator.run_for("10 ms")
+    assert compare(emulator.recording(), emulator.config).same
