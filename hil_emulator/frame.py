@@ -6,9 +6,9 @@ from typing import NamedTuple, overload
 EXTENDED = 1 << 29
 """Bit of a COB-ID that tells a 29-bit identifier from an 11-bit one (CiA 301 7.5.2)."""
 
-BUS_OFF, BUS_ERROR, RESTARTED = 0x040, 0x088, 0x100
+BUS_OFF, BUS_ERROR, RESTARTED, NO_ACKNOWLEDGE = 0x040, 0x088, 0x100, 0x020
 """Classes of error frames (Linux, can/error.h): a controller has gone off the bus; a frame was
-destroyed, as protocol and bus error; a controller has come back."""
+destroyed, as protocol and bus error; a controller has come back; no other node acknowledged."""
 
 
 class Frame(NamedTuple):
@@ -16,7 +16,8 @@ class Frame(NamedTuple):
 
     Attributes:
         can_id: 11-bit identifier, or 29-bit where `extended` is set.
-        data: 0 to 8 bytes; empty for a remote frame.
+        data: 0 to 8 bytes; of a remote frame, which has none, as many zeros as its length code
+            says.
         remote: a remote transmission request (RTR).
         extended: a 29-bit identifier; of the CANopen services here only PDOs can have one.
 

@@ -28,6 +28,7 @@ ROOMS = {
     "machines": {"config", "model"},
     "fmi/importing": {"fmpy", "llvmlite", "numba", "numpy", "config", "model"},
     "device": {"canopen"},
+    "partners": {"cantools", "crccheck", "e2e", "device"},
     "bus": {"can"},
     "can_timing": set(),
     "export": {"cantools", "device"},
@@ -58,8 +59,8 @@ ROOMS = {
     "characterise": {"numpy", "matplotlib", "model", "pages", "platform"},
     "conformance": {"pytest", "bus", "device", "pages", "platform"},
     "simulation": {
-        "numpy", "bus", "can_timing", "config", "device", "faults", "fmi/importing", "model",
-        "platform", "recording", "signals",
+        "cantools", "numpy", "bus", "can_timing", "config", "device", "faults", "fmi/importing",
+        "model", "partners", "platform", "recording", "signals",
     },
     "demo": {
         "numpy", "bus", "config", "pages", "platform", "recording", "signals", "simulation",

@@ -8,7 +8,7 @@ from typing import Any
 
 import can
 
-from hil_emulator.bus.in_process import InProcessBus, as_frame
+from hil_emulator.bus.in_process import InProcessBus, as_frame, as_message
 from hil_emulator.bus.opening import client_command, open_can_bus
 from hil_emulator.bus.tcp_server import SocketcandServerBus
 from hil_emulator.frame import Burst, Frame
@@ -102,10 +102,9 @@ class Bus(AbstractContextManager["Bus"]):
             if refused:
                 self.dropped += refused
             return
-        for can_id, data, remote, extended in frames:
+        for frame in frames:
             try:
-                message = can.Message(0.0, can_id, extended, remote, data=data)
-                self._bus.send(message, timeout=0)
+                self._bus.send(as_message(frame), timeout=0)
             except (can.CanError, OSError):
                 self.dropped += 1
             else:

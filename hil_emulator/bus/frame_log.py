@@ -13,6 +13,7 @@ import can
 
 from hil_emulator import input_files
 from hil_emulator.bus import pcapng
+from hil_emulator.bus.in_process import as_frame, as_message
 from hil_emulator.bus.log_content import content
 from hil_emulator.bus.text_lines import Cumulated, Lines, candump_line
 from hil_emulator.errors import UserError
@@ -58,7 +59,9 @@ def write(
     if file.suffix == ".pcapng":
         with pcapng.Writer(file, "\n".join(remarks)) as packets:
             for now_ns, sent, frame in frames:
-                packets.write(now_ns, _message(now_ns, sent, frame, 0))
+                stamp = now_ns / _NS_PER_S
+                message = as_message(frame, timestamp=stamp, channel=0, is_rx=not sent)
+                packets.write(now_ns, message)
         return
     text = file.suffix == ".log"
     bare = text and not directions
@@ -68,19 +71,14 @@ def write(
             for remark in remarks:
                 writer.log_event(remark, 0.0)
         for now_ns, sent, frame in frames:
-            logger(_message(now_ns, sent, frame, _CHANNEL if text else 0))
-
-
-def _message(now_ns: int, sent: bool, frame: Frame, channel: int | str) -> can.Message:
-    return can.Message(
-        timestamp=now_ns / _NS_PER_S,
-        arbitration_id=frame.can_id,
-        is_extended_id=frame.extended,
-        is_remote_frame=frame.remote,
-        data=frame.data,
-        channel=channel,
-        is_rx=not sent,
-    )
+            logger(
+                as_message(
+                    frame,
+                    timestamp=now_ns / _NS_PER_S,
+                    channel=_CHANNEL if text else 0,
+                    is_rx=not sent,
+                )
+            )
 
 
 class _Undirected(io.TextIOWrapper):
@@ -103,7 +101,7 @@ def read(file: Path, tick_ns: int) -> Iterator[tuple[int, bool, Frame]]:
     """
     for message in _messages(file):
         now_ns = round(message.timestamp * _NS_PER_S / tick_ns) * tick_ns
-        yield now_ns, not message.is_rx, _frame(message)
+        yield now_ns, not message.is_rx, as_frame(message)
 
 
 class Captured(NamedTuple):
@@ -131,7 +129,14 @@ def captured(file: Path) -> Iterator[Captured]:
     first = 1 if kind_of(file) in _FROM_ZERO else 0
     for m in _messages(file, fd=True):
         channel = str(m.channel + first if isinstance(m.channel, int) else m.channel or "")
-        yield Captured(round(m.timestamp * _NS_PER_S), _frame(m), channel)
+        yield Captured(round(m.timestamp * _NS_PER_S), _whole(m), channel)
+
+
+def _whole(m: can.Message) -> Frame:
+    """Return a message with all its data, which of CAN FD are up to 64 bytes."""
+    if m.is_fd:
+        return Frame(m.arbitration_id, bytes(m.data), m.is_remote_frame, m.is_extended_id)
+    return as_frame(m)
 
 
 def kind_of(file: Path) -> str:
@@ -246,7 +251,3 @@ class _Objects(can.BLFReader):
                 raise ValueError(f"an object says that it has {size} bytes")
             at = data.find(_OBJECT, at + size, at + size + 8)
         yield from super()._parse_data(data)
-
-
-def _frame(m: can.Message) -> Frame:
-    return Frame(m.arbitration_id, bytes(m.data), m.is_remote_frame, m.is_extended_id)

@@ -129,7 +129,8 @@ class InProcessBus(virtual.VirtualBus):
         complete = True
         for inbox in stock:
             try:
-                inbox.put(_message(frame, self.channel_id), block=False)
+                message = as_message(frame, timestamp=time.time(), channel=self.channel_id)
+                inbox.put(message, block=False)
             except queue.Full:
                 complete = False
         return complete
@@ -143,20 +144,27 @@ class InProcessBus(virtual.VirtualBus):
         if isinstance(arrived, Burst):
             arrived, *self._unread = arrived
         if isinstance(arrived, Frame):
-            return _message(arrived, self.channel_id), filtered
+            return as_message(arrived, timestamp=time.time(), channel=self.channel_id), filtered
         return arrived, filtered
 
 
 def as_frame(message: can.Message) -> Frame:
     """Return a classical data or remote frame as the emulator's parts have it."""
-    return Frame(
-        message.arbitration_id,
-        bytes(message.data[:_CLASSICAL_BYTES]),
-        message.is_remote_frame,
-        message.is_extended_id,
-    )
+    remote = message.is_remote_frame
+    data = bytes(min(message.dlc, _CLASSICAL_BYTES)) if remote else bytes(message.data)
+    return Frame(message.arbitration_id, data[:_CLASSICAL_BYTES], remote, message.is_extended_id)
 
 
-def _message(frame: Frame, channel: Any) -> can.Message:
+def as_message(frame: Frame, **details: Any) -> can.Message:
+    """Return a frame as python-can has it.
+
+    Args:
+        frame: the frame.
+        details: other arguments of `can.Message`.
+
+    """
     can_id, data, remote, extended = frame
-    return can.Message(time.time(), can_id, extended, remote, channel=channel, data=data)
+    return can.Message(
+        arbitration_id=can_id, is_extended_id=extended, is_remote_frame=remote, dlc=len(data),
+        data=None if remote else data, **details,
+    )  # fmt: skip

@@ -40,8 +40,9 @@ def stuffed_field(frame: Frame) -> tuple[int, int]:
         # identifier, RTR, IDE = 0, a reserved bit
         head, count = (frame.can_id << 1 | frame.remote) << 2, 1 + _BASE_BITS + 3
     size = len(frame.data)
-    bits = (head << 4 | size) << 8 * size | int.from_bytes(frame.data, "big")
-    count += 4 + 8 * size
+    data = b"" if frame.remote else frame.data  # the length code of a remote frame stands alone
+    bits = (head << 4 | size) << 8 * len(data) | int.from_bytes(data, "big")
+    count += 4 + 8 * len(data)
     return bits << CRC_BITS | crc(bits, count), count + CRC_BITS
 
 

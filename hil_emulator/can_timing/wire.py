@@ -3,15 +3,21 @@
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
-from hil_emulator.can_timing.controller import CanController
+from hil_emulator.can_timing.controller import CanController, ErrorState
 from hil_emulator.can_timing.frame_length import INTERMISSION_BITS, Length, length
-from hil_emulator.frame import BUS_ERROR, BUS_OFF, RESTARTED, Frame
+from hil_emulator.frame import BUS_ERROR, BUS_OFF, NO_ACKNOWLEDGE, RESTARTED, Frame
 
 ERROR_BITS = 31
 """An error frame at its longest, with the intermission (Tindell, Burns, Guaranteeing message
 latencies on CAN, 1994, 5)."""
-RECOVERY_BITS = 128 * 11
-"""Recessive bits after which a controller comes back from bus-off (ISO 11898-1)."""
+NO_ACKNOWLEDGE_BITS = 6 + 8 + INTERMISSION_BITS
+"""Error flag and delimiter of the sender alone, with the intermission (ISO 11898-1)."""
+ACKNOWLEDGED_BITS = 8
+"""Of a frame behind its acknowledge slot: a delimiter and the end of frame."""
+SUSPEND_BITS = 8
+"""An error-passive controller waits so long after the intermission before it sends again."""
+SEQUENCES, SEQUENCE_BITS = 128, 11
+"""Sequences of recessive bits, and their length, that a controller waits for in bus-off."""
 
 NS_PER_S = 1_000_000_000
 WINDOW_NS = NS_PER_S
@@ -101,27 +107,49 @@ class TimedWire:
     def _run(self, until_ns: int) -> None:
         """Begin every transmission that begins before a time."""
         while True:
-            start_ns = max(self._free_ns, self._ready_ns)
             waiting = [c for c in self.controllers if c.head is not None]
-            if start_ns >= until_ns or not waiting:
+            if not waiting:
+                return
+            allowed_ns = min(c.suspended_until_ns for c in waiting)
+            start_ns = max(self._free_ns, self._ready_ns, allowed_ns)
+            if start_ns >= until_ns:
                 return
             self._measure(start_ns)
-            self._transmit(start_ns, min(waiting, key=_turn))
+            ready = [c for c in waiting if c.suspended_until_ns <= start_ns]
+            self._transmit(start_ns, min(ready, key=_turn))
 
     def _transmit(self, start_ns: int, sender: CanController) -> None:
         assert sender.head is not None
         bits = self._length(sender.head[2])
+        others = [c for c in self.controllers if c is not sender]
         if sender.disturbed(start_ns):
-            self._free_ns = start_ns + self._ns(bits + ERROR_BITS)
-            self._errors.append(WireError(self._free_ns, sender, BUS_ERROR))
-            if sender.destroyed():
-                self._errors.append(WireError(self._free_ns, sender, BUS_OFF))
-                sender.leave(self._free_ns + self._ns(RECOVERY_BITS))
+            self._destroy(start_ns, bits, sender)
+            for other in others:
+                other.received_error()
+        elif not sender.acknowledged(start_ns):
+            bits += NO_ACKNOWLEDGE_BITS - ACKNOWLEDGED_BITS
+            self._free_ns = start_ns + self._ns(bits)
+            self._errors.append(WireError(self._free_ns, sender, NO_ACKNOWLEDGE))
+            sender.unacknowledged()
         else:
             done_ns = start_ns + self._ns(bits)
             self._flying.append(Passed(done_ns, sender, sender.passed()))
             self._free_ns = start_ns + self._ns(bits + INTERMISSION_BITS)
+            for other in others:
+                other.received()
         self._busy_ns += self._free_ns - start_ns
+        if sender.error_state is ErrorState.PASSIVE:
+            sender.suspended_until_ns = self._free_ns + self._ns(SUSPEND_BITS)
+        for other in others:
+            other.overhear(start_ns, self._free_ns, self._ns(SEQUENCE_BITS))
+
+    def _destroy(self, start_ns: int, bits: int, sender: CanController) -> None:
+        """Let an error frame destroy what a controller sends."""
+        self._free_ns = start_ns + self._ns(bits + ERROR_BITS)
+        self._errors.append(WireError(self._free_ns, sender, BUS_ERROR))
+        if sender.destroyed():
+            self._errors.append(WireError(self._free_ns, sender, BUS_OFF))
+            sender.leave(self._free_ns + SEQUENCES * self._ns(SEQUENCE_BITS))
 
     def _measure(self, now_ns: int) -> None:
         """Close the windows that have ended; a frame counts in that in which it began."""

@@ -12,6 +12,7 @@ from hil_emulator.commands.waiting import PREPARING, waiting
 from hil_emulator.config.bus import WireSettings
 from hil_emulator.config.load import Configuration
 from hil_emulator.config.machine import MachineSettings, load_machine
+from hil_emulator.config.object_map import COMMAND_UNITS
 from hil_emulator.device.collisions import collisions
 from hil_emulator.device.dictionary import UNCONFIGURED
 from hil_emulator.device.eds.report import lines
@@ -21,11 +22,13 @@ from hil_emulator.model.quantities import PARAMS
 from hil_emulator.model.sampling import longest_delay
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stability import Bound, required_step, step_bound
+from hil_emulator.partners.partner import Partner
 from hil_emulator.platform.paths import cache_folder, near
 from hil_emulator.simulation.active_effects import acting_together
 from hil_emulator.simulation.assembly import compiled
 from hil_emulator.simulation.machine import by_supply
 from hil_emulator.simulation.node_factory import nodes
+from hil_emulator.simulation.partner_factory import partners
 from hil_emulator.units import show
 
 
@@ -42,7 +45,7 @@ def check(files: Sequence[Path]) -> None:
         made = nodes(actuator.config, [c.name for c in CHANNELS])
         on_bus[actuator.bus] += made
         _show(actuator.name, actuator.config, made)
-        for warning in _of_nodes(made, settings.wires[actuator.bus]):
+        for warning in _of_nodes(made, settings.wires[actuator.bus], actuator.config):
             click.echo(f"warning: {actuator.name}: {warning}")
     for name, there in on_bus.items():
         refuse_collisions(name, there)
@@ -68,9 +71,12 @@ def refuse_collisions(bus: str, there: Sequence[Node]) -> None:
         raise UserError("\n".join(f"bus {bus}: {message}" for message in messages))
 
 
-def _of_nodes(made: Sequence[Node], wire: WireSettings) -> Iterator[str]:
+def _of_nodes(made: Sequence[Node], wire: WireSettings, config: Configuration) -> Iterator[str]:
     """Yield what nodes cannot do for their actuator or on their bus."""
-    if not any(b.bound_to.startswith("command ") for node in made for b in node.bindings()):
+    by_partner = any(s.source in COMMAND_UNITS for p in config.partners for s in p.table.signals)
+    if not by_partner and not any(
+        b.bound_to.startswith("command ") for node in made for b in node.bindings()
+    ):
         yield "no node commands valve_current, so the valve keeps its safe current"
     rate = wire.bit_rate
     for node in made:
@@ -152,6 +158,21 @@ def _show(name: str, config: Configuration, made: Sequence[Node]) -> None:
             click.echo(
                 f"note: {pdo} maps objects without a source, which hold their defaults: {names}"
             )
+
+    for partner in partners(config, [channel.name for channel in CHANNELS]):
+        click.echo(f"Partner {partner.name}\n{_messages(partner)}\n")
+
+
+def _messages(partner: Partner) -> str:
+    rows = [
+        (f"{m.message.frame_id:X}", m.message.name, "sends", m.message.length, m.how)
+        for m in partner.sent
+    ]
+    rows += [
+        (f"{m.message.frame_id:X}", m.message.name, "obeys", m.message.length, m.how)
+        for m in partner.obeyed
+    ]
+    return text_table(("identifier", "message", "", "bytes", "how"), rows)
 
 
 def _bindings(node: Node) -> str:

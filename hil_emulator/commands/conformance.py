@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from hil_emulator.conformance.expectation import Expectation
 from hil_emulator.errors import UserError
@@ -56,8 +57,19 @@ def conformance(
     options += ["--conformance-html", str(page.file)] if page.file is not None else []
     options += ["--conformance-overwrite"] if page.overwrite else []
     options += ["--self-starting"] if self_starting else []
-    quiet = ["-q", "--no-header", "--tb=no", "-p", "no:cacheprovider", "-p", "no:warnings"]
-    code = pytest.main(["--pyargs", _PACKAGE, "-p", plugin, *quiet, *options])
+    quiet = ["-q", "--no-header", "--tb=no", "-rN", "-p", "no:cacheprovider", "-p", "no:warnings"]
+    given_up = _GivenUp()
+    code = pytest.main(["--pyargs", _PACKAGE, "-p", plugin, *quiet, *options], plugins=[given_up])
     if code not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
-        raise UserError("no case was run on the device; see above")
+        raise UserError(given_up.reason or "no case was run on the device; see above")
     return code == pytest.ExitCode.OK
+
+
+class _GivenUp:
+    """A pytest plugin that notes why the suite has given up."""
+
+    reason = ""
+
+    def pytest_keyboard_interrupt(self, excinfo: Any) -> None:
+        """Note the reason of `pytest.exit`."""
+        self.reason = str(getattr(excinfo.value, "msg", ""))

@@ -273,6 +273,7 @@ def _banner(
     files = ", ".join(near(f) for f in config.files)
     lines = [f"hil-emulator {__version__}  {files}  (digest {config.digest})"]
     lines += [f"node      {n.id}  {near(n.eds)}" for n in config.nodes]
+    lines += [f"partner   {p.table.name}  {near(p.dbc)}" for p in config.partners]
     if config.fmu:
         lines.append(f"plant     {near(config.fmu.file)}")
     lines.append(f"bus       {bus.description}")

@@ -13,6 +13,7 @@ from hil_emulator.config.configuration import Configuration
 from hil_emulator.config.derived import derived
 from hil_emulator.config.layers import Layers
 from hil_emulator.config.nodes import UNCONFIGURED, NodeSettings, NodeTable, node_settings
+from hil_emulator.config.partners import partner_settings
 from hil_emulator.config.plant import fmu_settings
 from hil_emulator.config.schema import plant_tables
 from hil_emulator.config.table import StrictTable
@@ -44,6 +45,8 @@ def configuration(
     channels = type(checked.sensors).model_fields
     bus, wire = split(checked.bus)
     nodes = _nodes(checked.node, wire, origin.get(("node",), files[-1]))
+    folder = origin.get(("partner",), files[-1]).parent
+    partners = tuple(partner_settings(table, folder) for table in checked.partner)
     fmu = fmu_settings(checked.plant, origin.get(("plant",), files[-1]))
     if fmu and rig.not_finite == "reset":
         raise UserError(
@@ -75,6 +78,7 @@ def configuration(
         texts=tuple(texts),
         bench=described(checked.bench),
         fmu=fmu,
+        partners=partners,
     )
 
 

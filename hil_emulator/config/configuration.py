@@ -8,6 +8,7 @@ from typing import Any
 from hil_emulator.config.bench import BenchSettings
 from hil_emulator.config.bus import WireSettings
 from hil_emulator.config.nodes import NodeSettings
+from hil_emulator.config.partners import PartnerSettings
 from hil_emulator.config.plant import FmuSettings
 from hil_emulator.model.declare import Effect
 
@@ -40,6 +41,7 @@ class Configuration:
         tolerances: relative standard deviation of stated values by field, where a file states it.
         bench: what of an actuator it describes; what it need not say of the plant is not a number,
             so that nothing which depends on it has a value.
+        partners: nodes on the bus that are not CANopen.
         supply_mates: names of the other actuators of a machine on its supply.
 
     """
@@ -66,3 +68,4 @@ class Configuration:
     stated: frozenset[str] = frozenset()
     tolerances: Mapping[str, float] = field(default_factory=dict)
     fmu: FmuSettings | None = None
+    partners: tuple[PartnerSettings, ...] = ()

@@ -28,6 +28,13 @@ _GONE = {
 }
 """Keys that were known once, and what to write instead."""
 
+_ELSEWHERE = {
+    (("node",), ("dbc", "transmits", "signals", "j1939")): (
+        "a node that a DBC describes is a table of its own: write [[partner]] with name and dbc"
+    ),
+}
+"""Keys that belong to another table, by the table they were found in."""
+
 
 def describe(
     error: ValidationError,
@@ -76,6 +83,9 @@ def _reason(
     if kind == "extra_forbidden":
         if names in _GONE:
             return _GONE[names]
+        for (above, keys), way_out in _ELSEWHERE.items():
+            if names[:-1] == above and names[-1] in keys:
+                return way_out
         known = _keys(model, names[:-1])
         near = difflib.get_close_matches(names[-1], known, n=1)
         return (

@@ -27,7 +27,8 @@ DEVICE_SIGNALS = ("sample_counter", "sample_time")
 """What a node itself feeds."""
 
 _PLACE = re.compile(r"0[xX]([0-9A-Fa-f]{4})(?::([0-9A-Fa-f]{1,2}))?")
-_UNITS = {c.name: c.unit for c in CHANNELS} | COMMAND_UNITS
+UNITS = {c.name: c.unit for c in CHANNELS} | COMMAND_UNITS
+"""SI unit of each channel and command."""
 KEYS = {
     "channel": ("unit",),
     "command": ("unit",),
@@ -112,13 +113,18 @@ def _object(key: str, said: object) -> ObjectSettings:
         raise ValueError(f'{key!r} is not an object; write it as "0x6130:1", in hexadecimal')
     index, subindex = int(place[1], 16), int(place[2] or "0", 16)
     try:
-        return ObjectSettings(index, subindex, **_said(said))
+        return ObjectSettings(index, subindex, **read_value(said))
     except ValueError as error:
         raise ValueError(f"{key}: {error}") from None
 
 
-def _said(said: object) -> dict[str, Any]:
-    """Return the fields of `ObjectSettings` that a value stands for."""
+def read_value(said: object) -> dict[str, Any]:
+    """Return the fields of `ObjectSettings` that a value stands for.
+
+    Raises:
+        ValueError: it is no channel, command, constant or course.
+
+    """
     if isinstance(said, str):
         return _signal(said, None)
     if isinstance(said, int | float):
@@ -172,12 +178,12 @@ def _constant(content: object) -> dict[str, Any]:
 
 
 def _signal(name: str, unit: object) -> dict[str, Any]:
-    if name not in _UNITS and name not in DEVICE_SIGNALS:
-        known = ", ".join((*_UNITS, *DEVICE_SIGNALS))
+    if name not in UNITS and name not in DEVICE_SIGNALS:
+        known = ", ".join((*UNITS, *DEVICE_SIGNALS))
         raise ValueError(f"no channel or command {name!r}; there are {known}")
     if unit is None or name in DEVICE_SIGNALS:
         return {"signal": name}
-    factor = to_si(unit, _UNITS[name], f"1 {_UNITS[name]}")
+    factor = to_si(unit, UNITS[name], f"1 {UNITS[name]}")
     if not factor:
         raise ValueError("unit is what one digit stands for, so not 0")
-    return {"signal": name, "unit": _UNITS[name], "factor": factor}
+    return {"signal": name, "unit": UNITS[name], "factor": factor}

@@ -11,6 +11,7 @@ from hil_emulator.config import datasheet
 from hil_emulator.config.bench import BenchTable, Kind
 from hil_emulator.config.bus import BusTable
 from hil_emulator.config.nodes import NodeTable
+from hil_emulator.config.partners import PartnerTable
 from hil_emulator.config.plant import PlantTable
 from hil_emulator.config.table import QuantityReader, StrictTable
 from hil_emulator.config.tables import (
@@ -164,6 +165,7 @@ def schema(effects: tuple[Effect, ...], kind: Kind, *, on_bus: bool = False) -> 
         "plant": (PlantTable, PlantTable()),
         "bus": (BusTable, BusTable()),
         "node": (list[NodeTable], ... if on_bus else []),
+        "partner": (list[PartnerTable], []),
     }
     for table in plant_tables(effects):
         model = _plant_table(table, effects, kind)

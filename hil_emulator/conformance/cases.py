@@ -103,6 +103,11 @@ _NAMES: dict[tuple[int, str, int], tuple[str, ...]] = {
         "refuse a block of another length than announced",
         "take no segment of a block after a lost one",
         "send as many segments as the client asks for",
+        "leave reserved bytes of confirmations 0",
+        "refuse segments longer or shorter than the object",
+        "refuse sub-indices beyond the last",
+        "refuse to write what does not exist",
+        "end an upload with its last segment",
     ),
     (3, "PDO", 1): (
         "have exactly the RPDOs of the EDS",
@@ -151,6 +156,11 @@ _NAMES: dict[tuple[int, str, int], tuple[str, ...]] = {
         "report an RPDO that is overdue",
         "show the values of the last SYNC on a remote frame",
         "send an acyclic TPDO after an event alone",
+        "report no RPDO as overdue that never came",
+        "report an RPDO that is overdue again",
+        "forget a synchronous RPDO on leaving OPERATIONAL",
+        "apply the last of several synchronous RPDOs, once",
+        "take no RPDO that does not exist",
     ),
     (3, "PDO parameters", OWN + 20): (
         "keep the identifier of a PDO that exists",
@@ -161,6 +171,9 @@ _NAMES: dict[tuple[int, str, int], tuple[str, ...]] = {
         "refuse a mapping entry that is longer than its object",
         "answer no remote frame where the COB-ID forbids it",
         "send the next event when the inhibit time is over",
+        "use a new event timer at once",
+        "send an event-driven TPDO on a remote frame",
+        "wait for the SYNC start value whenever OPERATIONAL begins",
     ),
     (4, "OD", 1): (
         "give access to the objects by their access types",
@@ -189,6 +202,10 @@ _NAMES: dict[tuple[int, str, int], tuple[str, ...]] = {
         "empty the error history on demand",
         "send emergencies with the identifier they are given, or none",
         "keep the inhibit time between emergencies",
+        "clear each error when its cause is gone",
+        "begin the history anew after it was emptied",
+        "show communication errors in the error register",
+        "forget errors with a reset",
     ),
     (6, "Synchronization", 1): (
         "listen to the predefined SYNC",
@@ -206,6 +223,8 @@ _NAMES: dict[tuple[int, str, int], tuple[str, ...]] = {
         "report a SYNC of the wrong length",
         "STOPPED: produce no SYNC",
         "keep the identifier of a SYNC that it produces",
+        "begin the SYNC counter with 1",
+        "stop producing SYNC when it is switched off",
     ),
     (7, "Guarding", 1): (
         "have guard time and life time factor of the EDS",
@@ -240,6 +259,11 @@ _NAMES: dict[tuple[int, str, int], tuple[str, ...]] = {
         "obey the error behaviour",
         "answer guarding requests with each state",
         "wait for the life time",
+        "watch the node of each entry",
+        "watch a node again that is back",
+        "stop watching a node whose entry is 0",
+        "obey the error behaviour after life guarding",
+        "toggle through the states",
     ),
     (8, "Testing other", 1): (
         "refuse to save without the signature",
@@ -256,6 +280,9 @@ _NAMES: dict[tuple[int, str, int], tuple[str, ...]] = {
     (8, "Storing scope", OWN): (
         "save communication parameters alone",
         "save application parameters alone",
+        "restore communication parameters alone",
+        "restore application parameters alone",
+        "show what it can store",
     ),
     (9, "State", 1): (
         "boot with default parameters",
@@ -271,6 +298,7 @@ _NAMES: dict[tuple[int, str, int], tuple[str, ...]] = {
     (9, "Reset scope", OWN + 20): (
         "reset communication parameters alone by reset communication",
         "reset all parameters by reset node",
+        "send one boot-up message for each reset",
     ),
     (10, "Transition", 1): (
         "reset from every state",
@@ -287,6 +315,9 @@ _NAMES: dict[tuple[int, str, int], tuple[str, ...]] = {
         "use a new node-ID after reset communication, no sooner",
         "refuse a bit timing that does not exist",
         "keep to itself what is for nodes without a node-ID",
+        "leave configuration state with a reset",
+        "take no refused node-ID",
+        "answer with reserved bytes of 0",
     ),
     (12, "TIME", 1): (
         "have the TIME identifier of the EDS",
@@ -294,6 +325,7 @@ _NAMES: dict[tuple[int, str, int], tuple[str, ...]] = {
         "ignore TIME where 0x1012 says so",
         "ignore TIME of another length than six bytes",
         "tell the time as it passes",
+        "go on from the TIME it received, in days since 1984",
     ),
 }
 

@@ -12,7 +12,7 @@ from hil_emulator.conformance.device import OPERATIONAL, PRE_OPERATIONAL, Device
 from hil_emulator.conformance.expectation import Expectation
 from hil_emulator.conformance.identity import about
 from hil_emulator.conformance.keeping import Values, forget_stored, parameters, put_back
-from hil_emulator.conformance.plugin import ABOUT, CALM
+from hil_emulator.conformance.plugin import ABOUT, CALM, announce
 from hil_emulator.conformance.storm import Storm
 from hil_emulator.conformance.wire import NO_REMOTE_FRAMES, WallTime, Wire
 from hil_emulator.errors import UserError
@@ -27,6 +27,10 @@ class Kept(NamedTuple):
 
 HERE = {"host": "127.0.0.1", "port": 29536}
 """Where a TCP server of socketcand is looked for: that of `hil-emulator run` without options."""
+_SELF_STARTING = (
+    "note: the device is OPERATIONAL after boot-up; add --self-starting if it is meant to be. "
+    "Each case begins in PRE-OPERATIONAL."
+)
 
 
 def bus_settings(can: str, options: list[str]) -> Mapping[str, object]:
@@ -86,8 +90,11 @@ def wire(request: pytest.FixtureRequest, eds: Expectation) -> Iterator[Wire]:
 def kept(request: pytest.FixtureRequest, eds: Expectation, wire: Wire) -> Kept:
     """Return the device, and the parameters that it started with."""
     device = Device(wire, request.config.getoption("--node"), eds)
-    device.boot()
+    if not (device.boots() or device.answers()):
+        pytest.exit(f"no device answers at node-ID {device.node_id}", 4)
     device.self_starting = device.state_after_boot() == OPERATIONAL
+    if device.self_starting and not request.config.getoption("--self-starting"):
+        announce(request.config, _SELF_STARTING)
     device.reset()
     request.config.stash[ABOUT] += about(device)
     return Kept(device, parameters(device))

@@ -2,18 +2,25 @@
 
 import pytest
 
-from hil_emulator.conformance.device import Device
+from hil_emulator.conformance.device import EMCY_COB_ID, SYNC_COB_ID, Device
 
 NO_SUCH_OBJECT = frozenset({0x0602_0000, 0x0800_0000})
 
 
 def need_object(device: Device, index: int, subindex: int = 0) -> None:
-    """Skip the case where the EDS has no such object; the device must not have it either."""
-    if (index, subindex) in device.eds:
-        return
-    code = device.sdo.read_code(index, subindex)
-    assert code, f"{index:04X}:{subindex:02X} is readable but missing from the EDS"
-    pytest.skip(f"the device has no object {index:04X}:{subindex:02X}")
+    """Skip the case where the EDS has no such object: the service is not offered."""
+    if (index, subindex) not in device.eds:
+        pytest.skip(f"the EDS has no object {index:04X}:{subindex:02X}")
+
+
+def need_sync(device: Device) -> None:
+    """Skip the case where the device consumes no SYNC, which is optional."""
+    need_object(device, SYNC_COB_ID)
+
+
+def need_emergency(device: Device) -> None:
+    """Skip the case where the device sends no emergencies, which is optional."""
+    need_object(device, EMCY_COB_ID)
 
 
 def need_writable(device: Device, index: int, subindex: int = 0) -> None:

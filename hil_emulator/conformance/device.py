@@ -63,12 +63,22 @@ class Device:
 
     def boot(self, command: int = RESET_NODE, address: int | None = None) -> None:
         """Reset the device and wait until it has booted."""
+        assert self.boots(command, address), f"no boot-up message after NMT command {command}"
+
+    def boots(self, command: int = RESET_NODE, address: int | None = None) -> bool:
+        """Reset the device; return whether a boot-up message follows."""
         since = len(self.wire.log)
         self.nmt(command, address)
         booted = self.wire.await_frame(
             self.error_control_id, lambda data: data == b"\0", since=since, patience_ms=BOOT_MS
         )
-        assert booted is not None, f"no boot-up message after NMT command {command}"
+        return booted is not None
+
+    def answers(self) -> bool:
+        """Return whether the device answers a read of the device type."""
+        since = self.sdo.send(b"\x40\x00\x10\x00")
+        answer_id = 0x580 + self.node_id
+        return self.wire.await_frame(answer_id, since=since, patience_ms=SETTLE_MS) is not None
 
     def enter(self, state: int, address: int | None = None) -> None:
         """Bring the device into an NMT state and wait until it is there."""

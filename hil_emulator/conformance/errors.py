@@ -9,15 +9,17 @@ from hil_emulator.conformance.device import (
     EMCY_COB_ID,
     GUARD_TIME,
     HEARTBEAT_CONSUMER,
+    HEARTBEAT_PRODUCER,
     LIFE_TIME_FACTOR,
     OPERATIONAL,
     SYNC_COB_ID,
     Device,
 )
-from hil_emulator.conformance.pdo import RPDO_RECORDS, TRANSMISSION_TYPE, receiving
+from hil_emulator.conformance.pdo import EVENT_TIMER, RPDO_RECORDS, TRANSMISSION_TYPE, receiving
 from hil_emulator.conformance.situations import SYNC
 
-PDO_TOO_SHORT, SYNC_LENGTH, LIFE_GUARD_OR_HEARTBEAT = 0x8210, 0x8240, 0x8130
+PDO_TOO_SHORT, RPDO_OVERDUE = 0x8210, 0x8250
+SYNC_LENGTH, LIFE_GUARD_OR_HEARTBEAT = 0x8240, 0x8130
 WATCH_MS = 50
 LONG_MS = 30_000
 LOST = b"\x05"
@@ -62,7 +64,11 @@ class Way(ABC):
 
     @abstractmethod
     def end(self) -> None:
-        """Do it right."""
+        """Do it right, with time until it would be wrong again."""
+
+    def correct(self) -> None:
+        """Do it right without a change of parameters, which may end the error by itself."""
+        self.end()
 
 
 class LostNode(Way):
@@ -84,6 +90,10 @@ class LostNode(Way):
         """Send a heartbeat, and have time for the next."""
         beat(self.device)
         watch_other_node(self.device, LONG_MS)
+        beat(self.device)
+
+    def correct(self) -> None:
+        """Send a heartbeat."""
         beat(self.device)
 
 
@@ -112,6 +122,30 @@ class ShortRpdo(Way):
 
     def end(self) -> None:
         """Send an RPDO as long as it should be."""
+        self.device.enter(OPERATIONAL)  # which the error may have ended
+        self.device.wire.send(self._can_id, bytes(self._size))
+
+
+class OverdueRpdo(ShortRpdo):
+    """An RPDO comes no more."""
+
+    code = RPDO_OVERDUE
+    repeatable = False
+
+    @property
+    def offered(self) -> bool:
+        """Whether the device has an RPDO that can be set up, with an event timer."""
+        indices = self.device.eds.indices(RPDO_RECORDS)
+        return super().offered and self.device.eds.writable(indices[0], EVENT_TIMER)
+
+    def cause(self) -> None:
+        """Send one RPDO and no other."""
+        pdo = receiving(self.device)
+        pdo.set(EVENT_TIMER, WATCH_MS)
+        self._size = pdo.size()
+        pdo.enable()
+        self._can_id = pdo.can_id
+        self.device.enter(OPERATIONAL)
         self.device.wire.send(self._can_id, bytes(self._size))
 
 
@@ -148,7 +182,9 @@ class LostMaster(Way):
         return self.device.eds.writable(GUARD_TIME) and self.device.wire.remote_frames
 
     def cause(self) -> None:
-        """Ask once, and no more."""
+        """Ask once, and no more; a device with a heartbeat would not answer."""
+        if self.device.eds.writable(HEARTBEAT_PRODUCER):
+            self.device.sdo.write(HEARTBEAT_PRODUCER, 0, 0, 2)
         self.device.sdo.write(GUARD_TIME, 0, WATCH_MS, 2)
         self.device.sdo.write(LIFE_TIME_FACTOR, 0, 1, 1)
         self.device.guard()
@@ -158,11 +194,15 @@ class LostMaster(Way):
         self.device.sdo.write(GUARD_TIME, 0, LONG_MS, 2)
         self.device.guard()
 
+    def correct(self) -> None:
+        """Ask again."""
+        self.device.guard()
+
 
 def ways(device: Device) -> list[Way]:
     """Return the ways the device offers; the case is skipped where there is no emergency."""
     need_object(device, EMCY_COB_ID)
-    kinds = (LostNode, ShortRpdo, LongSync, LostMaster)
+    kinds = (LostNode, ShortRpdo, OverdueRpdo, LongSync, LostMaster)
     found: list[Way] = [way for way in (kind(device) for kind in kinds) if way.offered]
     if not found:
         pytest.skip("the device offers no way to cause an error from the bus")

@@ -103,7 +103,7 @@ def type_range(variable: Entry) -> tuple[int, int] | None:
 
 def type_code(kind: DataType) -> int:
     """Return the code of a data type (CiA 301 7.4.7)."""
-    return next(code for code, known in DATA_TYPES.items() if known is kind)
+    return next(code for code, known in DATA_TYPES.items() if known.name == kind.name)
 
 
 def encoded(variable: Entry, value: int) -> bytes:

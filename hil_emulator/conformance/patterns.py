@@ -3,6 +3,7 @@
 import struct
 
 from hil_emulator.conformance.expectation import Expectation
+from hil_emulator.conformance.parameters import APPLICATION
 from hil_emulator.device.entry import Entry
 
 _REAL_CODE = {4: "<f", 8: "<d"}
@@ -24,7 +25,11 @@ def pattern(variable: Entry, seed: int = 0) -> bytes:
 
 def loops(eds: Expectation) -> list[Entry]:
     """Return the objects that a client may write and a TPDO may show, long ones first."""
-    found = [v for v in eds.variables.values() if v.transmittable and v.writable]
+    found = [
+        v
+        for v in eds.variables.values()
+        if v.transmittable and v.writable and v.index in APPLICATION
+    ]
     return sorted(
         (v for v in found if v.readable and v.type.numeric and pattern(v, 0) != pattern(v, 1)),
         key=lambda v: -v.type.bits,

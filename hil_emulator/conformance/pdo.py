@@ -6,6 +6,7 @@ import pytest
 
 from hil_emulator.conformance.device import Device
 from hil_emulator.conformance.expectation import encoded
+from hil_emulator.conformance.parameters import APPLICATION
 from hil_emulator.conformance.sdo_client import Aborted
 from hil_emulator.device.entry import Entry
 
@@ -101,7 +102,12 @@ class Pdo:
         cob_id = self.get(COB_ID) & ~INVALID
         if not cob_id & CAN_ID:
             cob_id |= self._spare_id
-        self.set(COB_ID, cob_id & ~NO_REMOTE if remote else cob_id)
+        try:
+            self.set(COB_ID, cob_id & ~NO_REMOTE if remote else cob_id)
+        except Aborted as abort:
+            if not (remote and cob_id & NO_REMOTE and abort.code in REFUSED):
+                raise
+            pytest.skip(f"{self.name} answers no remote frames: {abort}")
 
     def prepare(self) -> bool:
         """Disable it, and map an object that SDO can read, if it can be and no such one is.
@@ -117,7 +123,7 @@ class Pdo:
         mapped = [eds.variables.get((entry >> 16, entry >> 8 & 0xFF)) for entry in words]
         objects = carriable(self._device, receive=self.receive)
         right = bool(words) and all(
-            v is not None and v.type.bits == entry & 0xFF
+            v is not None and v.type.bits == entry & 0xFF and v.index in APPLICATION
             for v, entry in zip(mapped, words, strict=True)
         )
         if right and (all(v is not None and v.readable for v in mapped) or not objects):
@@ -252,8 +258,11 @@ def receiving(device: Device) -> Pdo:
 
 
 def carriable(device: Device, *, receive: bool) -> list[Entry]:
-    """Return what may be mapped into an RPDO or TPDO, by the EDS; first what SDO can read."""
-    found = device.eds.variables.values()
+    """Return what process data may be mapped into an RPDO or TPDO; first what SDO can read.
+
+    Communication objects are left out, as mapping them changes how the device communicates.
+    """
+    found = [v for v in device.eds.variables.values() if v.index in APPLICATION]
     fitting = [v for v in found if v.type.bits and (v.receivable if receive else v.transmittable)]
     return sorted(fitting, key=lambda v: not v.readable)
 
@@ -265,7 +274,9 @@ def word(variable: Entry) -> int:
 
 def mappable(device: Device, access: set[str]) -> list[Entry]:
     """Return the variables a PDO may carry by their access types, the case's reason to exist."""
-    found = [v for v in device.eds.find(access, mappable=True) if v.type.bits]
+    found = [
+        v for v in device.eds.find(access, mappable=True) if v.type.bits and v.index in APPLICATION
+    ]
     if not found:
         pytest.skip(f"no mappable object has the access type {' or '.join(sorted(access))}")
     return found

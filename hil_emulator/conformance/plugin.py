@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -22,8 +23,8 @@ ABOUT = pytest.StashKey[list[tuple[str, str]]]()
 """What is known of the device, for the page."""
 
 _ABORTED = f"{Aborted.__module__}.{Aborted.__name__}: "
-_ABORT_CODE = re.compile(r"\b\d{8,9}\b")
-"""Abort codes in decimal, as an assertion shows them; they begin with 05, 06 or 08."""
+_ABORT_CODE = re.compile(r"\b[1-9]\d{7,8}\b")
+"""Abort codes in decimal, as an assertion shows them; in hexadecimal they begin with 0."""
 _WAY_OUT = "choose another name, or add --conformance-overwrite to replace it"
 _PROPERTY = "conformance case"
 _ROUND = "conformance round"
@@ -88,6 +89,7 @@ def pytest_configure(config: pytest.Config) -> None:
             raise pytest.UsageError(str(error)) from None
     config.addinivalue_line("markers", f"{MARK}(label): a conformance case, such as 2.7")
     config.stash[ABOUT] = []
+    config.pluginmanager.register(FailureLines(config))
 
 
 def label(item: pytest.Item) -> str | None:
@@ -124,6 +126,32 @@ def _wanted(found: str | None, wanted: list[str]) -> bool:
 def _round(item: pytest.Item) -> str:
     call = getattr(item, "callspec", None)
     return CALM if call is None else str(call.params.get("weather", CALM))
+
+
+def announce(config: pytest.Config, line: str) -> None:
+    """Print a line among the progress of the cases."""
+    reporter: Any = config.pluginmanager.get_plugin("terminalreporter")
+    reporter.line("")
+    reporter.line(line)
+
+
+class FailureLines:
+    """Prints why a case failed when it ends: a run that is cut short has shown its reasons.
+
+    Args:
+        config: has the terminal.
+
+    """
+
+    def __init__(self, config: pytest.Config) -> None:
+        self._config = config
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        """Print the line of a failed case."""
+        name = dict(report.user_properties).get(_PROPERTY)
+        if report.failed and name in CASES:
+            judgement = {str(name): Judgement("failed", _reason(report))}
+            announce(self._config, next(remarks(judgement)))
 
 
 def pytest_terminal_summary(

@@ -160,13 +160,21 @@ class SdoClient:
             assert answer[0] == 0x20 | toggle, f"answer {answer.hex()} is none to a segment"
             toggle ^= 0x10
 
+    def segmented_download_code(self, index: int, subindex: int, data: bytes) -> int:
+        """Return the abort code of a download in one segment without a size, 0 if it is taken."""
+        unused = SEGMENT - len(data)
+        try:
+            self.request(head(0x20, index, subindex))
+            self.request(bytes([unused << 1 | 1]) + data)
+        except Aborted as abort:
+            return abort.code
+        return 0
+
     def block_download(self, index: int, subindex: int, data: bytes, *, checked: bool) -> None:
         """Write an object as a block; raises `Aborted`."""
         request = head(0xC6 if checked else 0xC2, index, subindex)
         answer = self.request(request + len(data).to_bytes(4, "little"))
         assert answer[0] & 0xE3 == 0xA0, f"answer {answer.hex()} begins no block download"
-        if checked:
-            assert answer[0] & 0x04, "the device supports no checksum"
         at, block_size = 0, answer[4]
         while at < len(data):
             segments = [

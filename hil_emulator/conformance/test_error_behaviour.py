@@ -3,7 +3,7 @@
 import pytest
 
 from hil_emulator.conformance.cases import case
-from hil_emulator.conformance.demands import need_guarding, need_writable
+from hil_emulator.conformance.demands import need_emergency, need_guarding, need_writable
 from hil_emulator.conformance.device import (
     GUARD_TIME,
     HEARTBEAT_CONSUMER,
@@ -17,6 +17,7 @@ from hil_emulator.conformance.device import (
     Device,
 )
 from hil_emulator.conformance.errors import LIFE_GUARD_OR_HEARTBEAT, beat, watch_other_node
+from hil_emulator.conformance.test_guarding import TOGGLE
 from hil_emulator.conformance.test_heartbeat import PERIOD_MS, check_beats
 from hil_emulator.conformance.wire import NS_PER_MS
 
@@ -24,6 +25,9 @@ ERROR_BEHAVIOUR, COMMUNICATION = 0x1029, 1
 BEHAVIOURS = {0: PRE_OPERATIONAL, 1: OPERATIONAL, 2: STOPPED}
 """State after a communication error, by the value of 0x1029:01 (CiA 301 7.5.2.32)."""
 CONSUMER_MS = 300
+SHORT_MS = 100
+MOST_ENTRIES = 4
+"""Entries of 0x1016 that are tried; a device may have 127. Assumed."""
 
 
 @case("7.301")
@@ -40,6 +44,7 @@ def test_heartbeats_begin_with_boot_up(storing: Device) -> None:
 @case("7.302")
 def test_lost_heartbeat_is_reported_in_time(device: Device) -> None:
     """The emergency 8130 comes when the consumer time is over: no sooner, and soon."""
+    need_emergency(device)
     need_writable(device, HEARTBEAT_CONSUMER, 1)
     watch_other_node(device, CONSUMER_MS)
     begin_ns, since = device.wire.now_ns, len(device.wire.log)
@@ -94,6 +99,7 @@ def test_guarding_shows_each_state(device: Device) -> None:
 @case("7.306")
 def test_life_time_is_waited_for(device: Device) -> None:
     """No emergency comes before guard time times life time factor, one does after it."""
+    need_emergency(device)
     need_guarding(device)
     if device.eds.writable(HEARTBEAT_PRODUCER):
         device.sdo.write(HEARTBEAT_PRODUCER, 0, 0, 2)
@@ -104,3 +110,75 @@ def test_life_time_is_waited_for(device: Device) -> None:
     device.wire.run(400)
     assert device.emergencies(since) == []
     assert device.await_emergency(LIFE_GUARD_OR_HEARTBEAT, since) is not None
+
+
+@case("7.307")
+def test_each_entry_names_a_node(device: Device) -> None:
+    """A node that falls silent is reported from whatever entry of 0x1016 it is watched."""
+    need_writable(device, HEARTBEAT_CONSUMER, 1)
+    need_emergency(device)
+    entries = [n for i, n in device.eds.variables if i == HEARTBEAT_CONSUMER and n]
+    for subindex in entries[:MOST_ENTRIES]:
+        device.reset()
+        watch_other_node(device, SHORT_MS, subindex)
+        since = len(device.wire.log)
+        beat(device)
+        reported = device.await_emergency(LIFE_GUARD_OR_HEARTBEAT, since)
+        assert reported is not None, f"entry {subindex} is not watched"
+
+
+@case("7.308")
+def test_node_that_is_back_is_watched(device: Device) -> None:
+    """A node that was lost, came back and is lost again is reported twice."""
+    need_writable(device, HEARTBEAT_CONSUMER, 1)
+    need_emergency(device)
+    watch_other_node(device, SHORT_MS)
+    for time in ("first", "second"):
+        since = len(device.wire.log)
+        beat(device)
+        reported = device.await_emergency(LIFE_GUARD_OR_HEARTBEAT, since)
+        assert reported is not None, f"not reported the {time} time"
+
+
+@case("7.309")
+def test_watching_ends_with_zero(device: Device) -> None:
+    """After 0 was written to 0x1016:01, a node may fall silent."""
+    need_writable(device, HEARTBEAT_CONSUMER, 1)
+    watch_other_node(device, CONSUMER_MS)
+    since = len(device.wire.log)
+    beat(device)
+    device.sdo.write(HEARTBEAT_CONSUMER, 1, 0, 4)
+    device.wire.run(2 * CONSUMER_MS)
+    assert LIFE_GUARD_OR_HEARTBEAT not in device.emergencies(since)
+
+
+@case("7.310")
+def test_life_guarding_obeys_the_error_behaviour(device: Device) -> None:
+    """A lost master ends OPERATIONAL as 0x1029:01 says, or in PRE-OPERATIONAL without it."""
+    need_guarding(device)
+    if device.eds.writable(HEARTBEAT_PRODUCER):
+        device.sdo.write(HEARTBEAT_PRODUCER, 0, 0, 2)
+    configurable = device.eds.writable(ERROR_BEHAVIOUR, COMMUNICATION)
+    for value, state in BEHAVIOURS.items() if configurable else [(0, PRE_OPERATIONAL)]:
+        if configurable:
+            device.sdo.write(ERROR_BEHAVIOUR, COMMUNICATION, value, 1)
+        device.sdo.write(GUARD_TIME, 0, SHORT_MS, 2)
+        device.sdo.write(LIFE_TIME_FACTOR, 0, 1, 1)
+        device.enter(OPERATIONAL)
+        assert device.guarded_state() == OPERATIONAL
+        device.wire.run(3 * SHORT_MS)
+        assert device.guarded_state() == state, f"with {value} in 1029:01"
+        device.enter(PRE_OPERATIONAL)
+
+
+@case("7.311")
+def test_toggle_bit_ignores_states(device: Device) -> None:
+    """A change of state does not begin the toggle bit anew."""
+    need_guarding(device)
+    if device.eds.writable(HEARTBEAT_PRODUCER):
+        device.sdo.write(HEARTBEAT_PRODUCER, 0, 0, 2)
+    answers = [device.guard()]
+    for state in (OPERATIONAL, PRE_OPERATIONAL):
+        device.enter(state)
+        answers.append(device.guard())
+    assert [answer and answer[0] & TOGGLE for answer in answers] == [0, TOGGLE, 0]

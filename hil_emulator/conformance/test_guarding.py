@@ -3,7 +3,12 @@
 import pytest
 
 from hil_emulator.conformance.cases import case
-from hil_emulator.conformance.demands import need_guarding, need_object, need_writable
+from hil_emulator.conformance.demands import (
+    need_emergency,
+    need_guarding,
+    need_object,
+    need_writable,
+)
 from hil_emulator.conformance.device import (
     GUARD_TIME,
     HEARTBEAT_PRODUCER,
@@ -47,6 +52,12 @@ def test_toggle_bit(guarded: Device) -> None:
     """The first answer after boot-up has toggle 0, each further one the other value."""
     answers = [guarded.guard() for _ in range(5)]
     assert [answer and answer[0] & TOGGLE for answer in answers] == [0, TOGGLE, 0, TOGGLE, 0]
+    guarded.reset()
+    if guarded.eds.writable(HEARTBEAT_PRODUCER):
+        guarded.sdo.write(HEARTBEAT_PRODUCER, 0, 0, 2)
+    first = guarded.guard()
+    assert first is not None
+    assert not first[0] & TOGGLE, "the toggle bit went on over a reset"
 
 
 @case("7.4")
@@ -74,6 +85,7 @@ def test_guarding_parameters_are_taken(device: Device) -> None:
 @case("7.6")
 def test_lost_master_is_reported(guarded: Device) -> None:
     """When requests stop for guard time times life time factor, an emergency 8130 is sent."""
+    need_emergency(guarded)
     guarded.sdo.write(GUARD_TIME, 0, 200, 2)
     guarded.sdo.write(LIFE_TIME_FACTOR, 0, 3, 1)
     since = len(guarded.wire.log)

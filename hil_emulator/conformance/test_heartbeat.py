@@ -3,6 +3,7 @@
 from hil_emulator.conformance.cases import case
 from hil_emulator.conformance.demands import (
     NO_SUCH_OBJECT,
+    need_emergency,
     need_guarding,
     need_remote_frames,
     need_writable,
@@ -110,6 +111,7 @@ def test_heartbeats_in_time_are_no_error(device: Device) -> None:
 @case("7.106")
 def test_late_heartbeats_are_reported(device: Device) -> None:
     """A node whose next heartbeat does not come in time is reported by an emergency 8130."""
+    need_emergency(device)
     need_writable(device, HEARTBEAT_CONSUMER, 1)
     watch_other_node(device, 100)
     since = len(device.wire.log)

@@ -4,10 +4,11 @@ import pytest
 
 from hil_emulator.conformance.cases import case
 from hil_emulator.conformance.demands import need_remote_frames
-from hil_emulator.conformance.device import OPERATIONAL, Device
+from hil_emulator.conformance.device import OPERATIONAL, PRE_OPERATIONAL, Device
 from hil_emulator.conformance.pdo import (
     COB_ID,
     EVENT_DRIVEN,
+    EVENT_TIMER,
     INHIBIT_TIME,
     SYNC_START,
     TRANSMISSION_TYPE,
@@ -16,7 +17,14 @@ from hil_emulator.conformance.pdo import (
     usable,
     word,
 )
-from hil_emulator.conformance.situations import EVERY, INHIBIT_MS, ON_REQUEST, check_rate
+from hil_emulator.conformance.situations import (
+    EVENT_MS,
+    EVERY,
+    INHIBIT_MS,
+    ON_REQUEST,
+    SYNC_COUNTER,
+    check_rate,
+)
 from hil_emulator.conformance.test_pdo_mapping import NOT_MAPPABLE, candidates
 from hil_emulator.conformance.test_pdo_payload import answer
 
@@ -24,6 +32,7 @@ OTHER_ID = 0x6B0
 """Not restricted, and of no predefined connection (7.3.5)."""
 RESERVED_TYPES = (241, 247, 251)
 WATCH_MS = 600
+LONG_MS = 60_000
 
 
 def existing(device: Device) -> Pdo:
@@ -126,3 +135,53 @@ def test_events_wait_for_the_inhibit_time_alone(device: Device) -> None:
     device.enter(OPERATIONAL)
     frames, elapsed_ms = device.wire.watch(can_id, 3, WATCH_MS)
     check_rate(len(frames), elapsed_ms, INHIBIT_MS, "inhibit time")
+
+
+@case("3.329")
+def test_event_timer_counts_at_once(device: Device) -> None:
+    """A new event timer, written in OPERATIONAL, is the period from then on."""
+    pdo = usable(device)[0]
+    if not pdo.offers(EVENT_TIMER):
+        pytest.skip(f"{pdo.name} has no event timer")
+    pdo.configure(EVENT_DRIVEN, event_ms=LONG_MS)
+    pdo.enable()
+    can_id = pdo.can_id
+    device.enter(OPERATIONAL)
+    pdo.set(EVENT_TIMER, EVENT_MS)
+    frames, elapsed_ms = device.wire.watch(can_id, 3, WATCH_MS)
+    check_rate(len(frames), elapsed_ms, EVENT_MS, "new event timer")
+
+
+@case("3.330")
+def test_event_driven_tpdo_answers_remote_frames(device: Device) -> None:
+    """With bit 30 of its COB-ID clear, an event-driven TPDO comes on a remote frame, too.
+
+    It applies where remote frames are offered at all, as type 253.
+    """
+    need_remote_frames(device)
+    pdo = usable(device)[0]
+    pdo.configure(ON_REQUEST)
+    pdo.configure(EVENT_DRIVEN, event_ms=LONG_MS)
+    pdo.enable(remote=True)
+    can_id = pdo.can_id
+    device.enter(OPERATIONAL)
+    device.wire.run(INHIBIT_MS)
+    since = len(device.wire.log)
+    device.wire.send(can_id, remote=True)
+    assert device.wire.await_frame(can_id, since=since, patience_ms=WATCH_MS) is not None
+
+
+@case("3.331")
+def test_sync_start_value_counts_again(device: Device) -> None:
+    """Each time OPERATIONAL begins, the first SYNC answered is the one with the start value."""
+    SYNC_COUNTER.demand(device)
+    pdo = usable(device, SYNC_COUNTER.overflow)[0]
+    SYNC_COUNTER.configure(pdo)
+    pdo.enable()
+    for _ in range(2):
+        device.enter(PRE_OPERATIONAL)
+        device.enter(OPERATIONAL)
+        since = len(device.wire.log)
+        SYNC_COUNTER.provoke(device, pdo.can_id)
+        count = len(device.wire.heard(pdo.can_id, since))
+        SYNC_COUNTER.judge(count, 0.0)

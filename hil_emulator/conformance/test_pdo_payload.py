@@ -3,7 +3,12 @@
 import pytest
 
 from hil_emulator.conformance.cases import case
-from hil_emulator.conformance.demands import need_remote_frames, need_writable
+from hil_emulator.conformance.demands import (
+    need_emergency,
+    need_remote_frames,
+    need_sync,
+    need_writable,
+)
 from hil_emulator.conformance.device import OPERATIONAL, PRE_OPERATIONAL, STOPPED, Device
 from hil_emulator.conformance.errors import PDO_TOO_SHORT
 from hil_emulator.conformance.patterns import loops, packed, pattern
@@ -21,6 +26,8 @@ from hil_emulator.device.entry import Entry
 RPDO_OVERDUE = 0x8250
 SYNCHRONOUS_WINDOW = 0x1007
 ON_REQUEST_AT_SYNC = 252
+SYNC_CYCLIC_MAX = 240
+"""Largest transmission type of a synchronous RPDO (CiA 301 7.5.2.35)."""
 WINDOW_MS, DEADLINE_MS = 2000, 100
 DIGITS = 2
 """By how much process data may move that were seen at rest. Assumed."""
@@ -44,7 +51,8 @@ def values(device: Device, variables: list[Entry]) -> list[bytes]:
 
 
 def answer(device: Device, can_id: int) -> bytes | None:
-    """Return what comes at a SYNC with an identifier."""
+    """Return what comes at a SYNC with an identifier; skips where no SYNC is consumed."""
+    need_sync(device)
     since = len(device.wire.log)
     device.sync()
     return device.wire.await_frame(can_id, since=since, patience_ms=200)
@@ -75,6 +83,8 @@ class Reception:
 
     def __init__(self, device: Device, kind: int = 255) -> None:
         self.device = device
+        if kind <= SYNC_CYCLIC_MAX:
+            need_sync(device)
         self.pdo = receiving(device)
         self.variables = mapped(device, self.pdo)
         self.pdo.set(TRANSMISSION_TYPE, kind)
@@ -212,6 +222,7 @@ def test_synchronous_window_is_open(device: Device) -> None:
 @case("3.307")
 def test_short_rpdo_is_reported(device: Device) -> None:
     """A byte too few is an emergency 8210, and changes nothing."""
+    need_emergency(device)
     reception = Reception(device)
     reception.start()
     since = len(device.wire.log)
@@ -234,11 +245,8 @@ def test_long_rpdo_is_taken(device: Device) -> None:
 @case("3.309")
 def test_overdue_rpdo_is_reported(device: Device) -> None:
     """After its event timer has passed without another RPDO, there is an emergency 8250."""
-    reception = Reception(device)
-    if not reception.pdo.offers(EVENT_TIMER):
-        pytest.skip(f"{reception.pdo.name} has no event timer")
-    reception.pdo.set(EVENT_TIMER, DEADLINE_MS)
-    reception.start()
+    need_emergency(device)
+    reception = with_deadline(device)
     since = len(device.wire.log)
     reception.send(1)
     assert device.await_emergency(RPDO_OVERDUE, since) is not None, "no emergency 8250"
@@ -248,6 +256,7 @@ def test_overdue_rpdo_is_reported(device: Device) -> None:
 def test_remote_frame_is_answered_with_the_last_sync(device: Device) -> None:
     """With type 252 the values are those of the last SYNC, whatever was written since."""
     need_remote_frames(device)
+    need_sync(device)
     can_id, variable = loop_tpdo(device, ON_REQUEST_AT_SYNC, remote=True)
     device.enter(OPERATIONAL)
     sampled = put(device, variable, 1)
@@ -266,3 +275,77 @@ def test_acyclic_tpdo_needs_an_event(device: Device) -> None:
     device.enter(OPERATIONAL)
     answer(device, can_id)
     assert [answer(device, can_id) for _ in range(3)] == [None, None, None]
+
+
+@case("3.312")
+def test_rpdo_that_never_came_is_not_overdue(device: Device) -> None:
+    """The event timer of an RPDO begins with its first reception, not with OPERATIONAL."""
+    need_emergency(device)
+    reception = with_deadline(device)
+    since = len(device.wire.log)
+    device.wire.run(3 * DEADLINE_MS)
+    assert RPDO_OVERDUE not in device.emergencies(since)
+    assert reception.pdo.valid
+
+
+@case("3.313")
+def test_rpdo_is_overdue_again(device: Device) -> None:
+    """An RPDO that came back and stops again is reported a second time."""
+    need_emergency(device)
+    reception = with_deadline(device)
+    for seed in (1, 2):
+        since = len(device.wire.log)
+        device.enter(OPERATIONAL)  # which an error may have ended
+        reception.send(seed)
+        assert device.await_emergency(RPDO_OVERDUE, since) is not None, f"not reported: {seed}"
+
+
+@case("3.314")
+def test_synchronous_rpdo_is_forgotten(device: Device) -> None:
+    """What waited for SYNC when OPERATIONAL was left is not applied by a SYNC after it."""
+    reception = Reception(device, kind=0)
+    reception.start()
+    reception.send(1)
+    device.enter(PRE_OPERATIONAL)
+    device.enter(OPERATIONAL)
+    device.sync()
+    assert not reception.applied
+
+
+@case("3.315")
+def test_last_synchronous_rpdo_is_applied_once(device: Device) -> None:
+    """Of two RPDOs before a SYNC the second acts; a further SYNC does not apply it again."""
+    reception = Reception(device, kind=0)
+    variable = next((v for v in reception.variables if v.writable), None)
+    reception.start()
+    reception.send(1)
+    reception.send(3)
+    device.sync()
+    assert reception.applied, "not the last one"
+    if variable is None:
+        return
+    written = put(device, variable, 5)
+    device.sync()
+    value = device.sdo.upload(variable.index, variable.subindex)
+    assert value == written, "applied a second time"
+
+
+@case("3.316")
+def test_invalid_rpdo_is_not_taken(device: Device) -> None:
+    """With bit 31 of its COB-ID set again, an RPDO changes nothing."""
+    reception = Reception(device)
+    reception.start()
+    reception.send(1)
+    reception.pdo.disable()
+    reception.send(3)
+    assert not reception.applied
+
+
+def with_deadline(device: Device) -> Reception:
+    """Return an RPDO with an event timer, in OPERATIONAL; the case is skipped without one."""
+    reception = Reception(device)
+    if not reception.pdo.offers(EVENT_TIMER):
+        pytest.skip(f"{reception.pdo.name} has no event timer")
+    reception.pdo.set(EVENT_TIMER, DEADLINE_MS)
+    reception.start()
+    return reception

@@ -6,9 +6,14 @@ from hil_emulator.conformance.cases import case
 from hil_emulator.conformance.demands import need_writable
 from hil_emulator.conformance.device import (
     HEARTBEAT_PRODUCER,
+    LOAD,
+    OPERATIONAL,
+    PRE_OPERATIONAL,
     RESET_COMMUNICATION,
     RESET_NODE,
+    RESTORE_PARAMETERS,
     SAVE,
+    STOPPED,
     STORE_PARAMETERS,
     Device,
 )
@@ -16,7 +21,10 @@ from hil_emulator.conformance.parameters import APPLICATION, free_parameters
 from hil_emulator.conformance.patterns import pattern
 from hil_emulator.device.entry import Entry
 
-COMMUNICATION, APPLICATION_PARAMETERS = 2, 3
+ALL, COMMUNICATION, APPLICATION_PARAMETERS = 1, 2, 3
+CAPABILITY = 0b11
+"""Bits of what 0x1010 and 0x1011 read as (CiA 301 7.5.2.13): on command, by itself."""
+PAUSE_MS = 50
 KEPT_MS = 4321
 
 
@@ -86,3 +94,61 @@ def test_reset_node_resets_all(device: Device) -> None:
     changed = Changed(device)
     device.reset(RESET_NODE)
     assert changed.read() == changed.defaults
+
+
+def check_restored_alone(storing: Device, subindex: int, restored: int) -> None:
+    """Check that restoring a sub-index brings back the defaults of its parameters alone.
+
+    Args:
+        storing: the device.
+        subindex: of 0x1011.
+        restored: place in `Changed.values` of the parameter that is restored.
+
+    """
+    need_writable(storing, STORE_PARAMETERS, ALL)
+    need_writable(storing, RESTORE_PARAMETERS, subindex)
+    changed = Changed(storing)
+    storing.sdo.download(STORE_PARAMETERS, ALL, SAVE)
+    storing.sdo.download(RESTORE_PARAMETERS, subindex, LOAD)
+    storing.reset(RESET_NODE)
+    expected = list(changed.values)
+    expected[restored] = changed.defaults[restored]
+    assert list(changed.read()) == expected
+
+
+@case("8.303")
+def test_communication_parameters_alone_are_restored(storing: Device) -> None:
+    """After restoring sub-index 2 and a reset, stored application parameters are there."""
+    check_restored_alone(storing, COMMUNICATION, 0)
+
+
+@case("8.304")
+def test_application_parameters_alone_are_restored(storing: Device) -> None:
+    """After restoring sub-index 3 and a reset, stored communication parameters are there."""
+    check_restored_alone(storing, APPLICATION_PARAMETERS, 1)
+
+
+@case("8.305")
+def test_storing_shows_its_capability(storing: Device) -> None:
+    """0x1010:01 and 0x1011:01 read as bits 0 and 1, before a command as after it."""
+    need_writable(storing, STORE_PARAMETERS, ALL)
+    before = storing.sdo.read(STORE_PARAMETERS, ALL)
+    storing.sdo.download(STORE_PARAMETERS, ALL, SAVE)
+    assert storing.sdo.read(STORE_PARAMETERS, ALL) == before
+    assert before <= CAPABILITY, f"1010:01 reads as {before:08X}"
+    if storing.eds.writable(RESTORE_PARAMETERS, ALL):
+        value = storing.sdo.read(RESTORE_PARAMETERS, ALL)
+        assert value <= CAPABILITY, f"1011:01 reads as {value:08X}"
+
+
+@case("9.323")
+def test_one_boot_up_for_each_reset(device: Device) -> None:
+    """A reset brings one boot-up message, other changes of state bring none."""
+    for command in (RESET_NODE, RESET_COMMUNICATION):
+        since = len(device.wire.log)
+        device.reset(command)
+        for state in (OPERATIONAL, STOPPED, PRE_OPERATIONAL):
+            device.enter(state)
+            device.wire.run(PAUSE_MS)
+        boots = device.wire.heard(device.error_control_id, since).count(b"\0")
+        assert boots == 1, f"{boots} boot-up messages after NMT command {command}"

@@ -93,9 +93,10 @@ def test_too_long_data_are_refused(device: Device) -> None:
 
 @case("2.9")
 def test_too_short_data_are_refused(device: Device) -> None:
-    """One byte is not enough for an object of two or four."""
+    """One byte is not enough for an object of two, nor are one to three for one of four."""
     for variable in numbers(device.eds, 2, 4):
-        _refuses(device, variable, bytes(1), TOO_SHORT)
+        for size in range(1, variable.type.size):
+            _refuses(device, variable, bytes(size), TOO_SHORT)
 
 
 @case("2.10")

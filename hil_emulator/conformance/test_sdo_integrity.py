@@ -5,11 +5,12 @@ from binascii import crc_hqx
 import pytest
 
 from hil_emulator.conformance.cases import case
-from hil_emulator.conformance.demands import need_writable
+from hil_emulator.conformance.demands import NO_SUCH_OBJECT, need_writable
 from hil_emulator.conformance.device import HEARTBEAT_PRODUCER, Device
 from hil_emulator.conformance.parameters import APPLICATION, free_parameters, numbers
 from hil_emulator.conformance.sdo_client import BLOCK, SEGMENT, SdoClient, head
-from hil_emulator.conformance.test_sdo_block import need_block_transfer
+from hil_emulator.conformance.test_sdo_access import NO_SUCH_SUBINDEX
+from hil_emulator.conformance.test_sdo_block import need_block_transfer, offers_block_transfer
 from hil_emulator.conformance.test_sdo_segmented import TOGGLE_NOT_ALTERNATED, long_object
 from hil_emulator.device.entry import Entry
 
@@ -23,6 +24,8 @@ REQUEST_ID, ANSWER_ID = 0x6C1, 0x6C2
 SILENCE_MS = 15_000
 """How long a server may wait for its client. Assumed."""
 PAUSE_MS = 50
+STRUCTURE = 255
+"""Sub-index that shows the structure of an object (CiA 301 7.4.6.3)."""
 
 
 class Written:
@@ -206,3 +209,37 @@ def test_client_says_how_long_a_block_is(device: Device) -> None:
     device.wire.run(PAUSE_MS)
     device.sdo.abort(*key)
     assert device.sdo.read_code(*key) == 0
+
+
+@case("2.313")
+def test_reserved_bytes_are_zero(device: Device) -> None:
+    """Confirmations of downloads have nothing but zeros behind what they say."""
+    target = Written(device)
+    answer = device.sdo.request(head(0x2B, *target.key) + target.before)
+    assert answer[4:] == bytes(4), f"download: {answer.hex()}"
+    target.initiate()
+    answer = device.sdo.request(b"\x0b" + target.before)
+    assert answer == b"\x20" + bytes(7), f"segment: {answer.hex()}"
+    if offers_block_transfer(device):
+        target.initiate(0xC2)
+        answer = device.sdo.request(b"\x81" + target.before)
+        assert answer[3:] == bytes(5), f"block: {answer.hex()}"
+        answer = device.sdo.request(b"\xd5")
+        assert answer == b"\xa1" + bytes(7), f"end of block: {answer.hex()}"
+
+
+@case("2.315")
+def test_subindices_end_with_the_last(device: Device) -> None:
+    """The sub-index behind the last of each array and record is 0609 0011."""
+    for index in device.eds.indices():
+        present = [n for i, n in device.eds.variables if i == index and n < STRUCTURE]
+        if 1 <= max(present) < STRUCTURE - 1:
+            code = device.sdo.read_code(index, max(present) + 1)
+            assert code in NO_SUCH_SUBINDEX, f"{index:04X}:{max(present) + 1:02X} {code:08X}"
+
+
+@case("2.316")
+def test_absent_objects_are_not_written(device: Device) -> None:
+    """A write to a reserved object is 0602 0000, one to a sub-index of a variable 0609 0011."""
+    assert device.sdo.write_code(0x1004, 0, bytes(4)) in NO_SUCH_OBJECT
+    assert device.sdo.write_code(0x1000, 1, bytes(4)) in NO_SUCH_SUBINDEX

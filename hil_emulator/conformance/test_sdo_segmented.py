@@ -7,9 +7,11 @@ from hil_emulator.conformance.demands import need_writable
 from hil_emulator.conformance.device import GUARD_TIME, HEARTBEAT_PRODUCER, Device
 from hil_emulator.conformance.expectation import where
 from hil_emulator.conformance.parameters import strings
+from hil_emulator.conformance.sdo_client import SEGMENT
 
 TOGGLE_NOT_ALTERNATED = {0x0503_0000}
 OUT_OF_SEQUENCE = {0x0504_0001, 0x0800_0000}
+WRONG_LENGTH = {0x0607_0010, 0x0607_0012, 0x0607_0013, 0x0504_0005, 0x0800_0000}
 TIME_MS = 60_000
 
 
@@ -83,3 +85,22 @@ def test_long_objects_are_uploaded_in_segments(device: Device) -> None:
         expected = device.eds.default(variable) if variable.access == "const" else None
         data = device.sdo.upload(*key)
         assert data == (expected or device.sdo.upload(*key)), where(variable)
+
+
+@case("2.314")
+def test_segments_have_the_length_of_the_object(device: Device) -> None:
+    """A download without a size aborts when it has more or fewer bytes than its object."""
+    need_writable(device, HEARTBEAT_PRODUCER)
+    before = device.sdo.upload(HEARTBEAT_PRODUCER)
+    for size in (1, 3, SEGMENT):
+        code = device.sdo.segmented_download_code(HEARTBEAT_PRODUCER, 0, bytes(size))
+        assert code in WRONG_LENGTH, f"{size} bytes for 2 end with {code:08X}"
+        assert device.sdo.upload(HEARTBEAT_PRODUCER) == before
+
+
+@case("2.317")
+def test_no_segment_follows_the_last(device: Device) -> None:
+    """After the last segment of an upload a further request aborts."""
+    device.sdo.initiate_upload(*long_object(device))
+    toggle = 0x10 * (len(device.sdo.upload_segments()) // SEGMENT % 2)
+    assert device.sdo.aborts(bytes([0x60 | toggle ^ 0x10])) in OUT_OF_SEQUENCE

@@ -1,7 +1,7 @@
 """Chapter 6: SYNC (CiA 301 7.2.5, 7.5.2.5 to 7.5.2.7, 7.5.2.22)."""
 
 from hil_emulator.conformance.cases import case
-from hil_emulator.conformance.demands import need_object, need_writable
+from hil_emulator.conformance.demands import need_object, need_sync, need_writable
 from hil_emulator.conformance.device import (
     CYCLE_PERIOD,
     OPERATIONAL,
@@ -39,6 +39,7 @@ def produces(device: Device) -> bool:
 
 def synchronous(device: Device, overflow: int = 0) -> list[Pdo]:
     """Return the TPDOs, all sent at every SYNC, which has such a counter."""
+    need_sync(device)
     found = usable(device, overflow)
     for pdo in found:
         pdo.configure(EVERY)
@@ -89,7 +90,6 @@ def test_sync_is_produced_or_not(device: Device) -> None:
 @case("6.3")
 def test_every_sync_is_answered(device: Device) -> None:
     """As many TPDOs of type 1 are sent as there are SYNCs."""
-    need_object(device, SYNC_COB_ID)
     check_answered(device, synchronous(device), [None] * SYNCS, SYNC)
 
 

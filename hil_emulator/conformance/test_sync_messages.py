@@ -3,7 +3,7 @@
 import pytest
 
 from hil_emulator.conformance.cases import case
-from hil_emulator.conformance.demands import need_object
+from hil_emulator.conformance.demands import need_object, need_writable
 from hil_emulator.conformance.device import (
     EMCY_COB_ID,
     OPERATIONAL,
@@ -62,3 +62,28 @@ def test_identifier_of_a_producer_is_locked(device: Device) -> None:
     code = device.sdo.write_code(SYNC_COB_ID, 0, (PRODUCE | OTHER_SYNC).to_bytes(4, "little"))
     assert code, "the identifier was changed"
     assert device.sdo.read(SYNC_COB_ID) & 0x7FF == SYNC
+
+
+@case("6.304")
+def test_counter_begins_with_one(device: Device) -> None:
+    """Switched on, and switched on again, a producer begins its counter with 1."""
+    need_writable(device, SYNC_OVERFLOW)
+    for _ in range(2):
+        device.prepare_sync(overflow=OVERFLOW)
+        since = len(device.wire.log)
+        producing(device)
+        device.wire.run(WATCH_MS)
+        counters = [data[:1] for data in device.wire.heard(SYNC, since)]
+        assert counters[:2] == [b"\x01", b"\x02"], f"the counter began with {counters[:2]}"
+
+
+@case("6.305")
+def test_sync_stops_when_switched_off(device: Device) -> None:
+    """With bit 30 of 0x1005 cleared the producer sends no further SYNC, whatever the period."""
+    producing(device)
+    device.wire.run(WATCH_MS)
+    device.sdo.write(SYNC_COB_ID, 0, SYNC, 4)
+    device.barrier()
+    since = len(device.wire.log)
+    device.wire.run(WATCH_MS)
+    assert device.wire.heard(SYNC, since) == []

@@ -11,7 +11,7 @@ from hil_emulator.device.entry import Entry
 TIME_COB_ID, TIME = 0x1012, 0x100
 CONSUME, PRODUCE = 1 << 31, 1 << 30
 LENGTH, MS_PER_DAY = 6, 86_400_000
-MILLISECONDS = 0x0FFF_FFFF
+MILLISECONDS, RESERVED = 0x0FFF_FFFF, 0xF000_0000
 CANNOT_PRODUCE = {0x0609_0030, 0x0601_0002, 0x0800_0000}
 PATIENCE_MS = 5_000
 """CiA 301 does not say how often TIME comes. Assumed."""
@@ -79,6 +79,24 @@ def test_time_has_six_bytes(device: Device) -> None:
     assert shown(device, variable) == before
 
 
+@case("12.6")
+def test_time_goes_on_from_1984(device: Device) -> None:
+    """A device that received TIME and then produces it goes on from there."""
+    clock(device)
+    days = 15_000
+    device.wire.send(TIME, told(43_200_000, days))
+    device.wire.run(SETTLE_MS)
+    code = device.sdo.write_code(TIME_COB_ID, 0, (PRODUCE | TIME).to_bytes(4, "little"))
+    since = len(device.wire.log)
+    data = device.wire.await_frame(TIME, since=since, patience_ms=PATIENCE_MS)
+    if code or data is None:
+        pytest.skip("the device produces no TIME, or less than every 5 s")
+    shown_days = int.from_bytes(data[4:], "little")
+    if shown_days == 0:
+        pytest.skip("the device has a clock of its own, which TIME does not set")
+    assert shown_days == days, f"{shown_days} days since 1984, {days} received"
+
+
 @case("12.5")
 def test_time_passes(device: Device) -> None:
     """A producer's messages have six bytes, and lie as far apart as they say."""
@@ -102,5 +120,6 @@ def test_time_passes(device: Device) -> None:
 def _milliseconds(data: bytes) -> int:
     """Return a TIME_OF_DAY in ms since 1984."""
     number = int.from_bytes(data, "little")
+    assert not number & RESERVED, f"{data.hex()}: the upper bits of the milliseconds are reserved"
     assert number & MILLISECONDS < MS_PER_DAY, f"{data.hex()} is no time of a day"
     return (number >> 32) * MS_PER_DAY + (number & MILLISECONDS)

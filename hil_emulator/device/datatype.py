@@ -126,3 +126,6 @@ DATA_TYPES: dict[int, DataType] = {
     code.DOMAIN: _bytes("DOMAIN"),
 }
 """Every data type an EDS may name, by its code (CiA 301 7.4.7)."""
+
+BYTE_BOOLEAN = DataType("BOOLEAN", "integer", 8, 0, 1, "B")
+"""A BOOLEAN that takes a byte in PDOs, as CANopenNode and stacks after its pattern have it."""

@@ -18,7 +18,8 @@ UNSTARTED = -1
 class Heartbeat:
     """Heartbeat producer, period in 0x1017 in ms; 0 is off.
 
-    The first heartbeat follows one period after boot-up or after a write of the period.
+    Boot-up counts as the first heartbeat. After a write of the period the first one is sent at
+    once (CiA 301 7.2.8.3.2.2: the protocol begins immediately).
 
     Attributes:
         due_ns: from when on `publish` has something to do.
@@ -44,6 +45,8 @@ class Heartbeat:
         """Append a heartbeat where one is due."""
         if self.due_ns == UNSTARTED:
             self._start(now_ns)
+            if self._period_ns:
+                self.due_ns = now_ns
         if now_ns >= self.due_ns:
             frames.append(self._message(state))
             self.due_ns += ((now_ns - self.due_ns) // self._period_ns + 1) * self._period_ns

@@ -36,7 +36,7 @@ NEXT_STATE = {
 
 ERROR_BEHAVIOUR = 0x1029
 COMMUNICATION_ERROR = 1
-"""Sub-index of 0x1029 for a lost heartbeat or master."""
+"""Sub-index of 0x1029 for bus-off, a lost heartbeat or a lost master."""
 
 
 NMT_STARTUP = 0x1F80

@@ -83,7 +83,7 @@ class NmtSlave:
         return not startup.value & (NMT_MASTER | NOT_SELF_STARTING)
 
     def on_communication_error(self) -> None:
-        """Obey 0x1029:01 after a heartbeat or life guarding event (CiA 301 7.5.2.32)."""
+        """Obey 0x1029:01 after bus-off, a heartbeat or life guarding event (CiA 301 7.5.2.32)."""
         entry = self._dictionary.get(ERROR_BEHAVIOUR, COMMUNICATION_ERROR)
         behaviour = ErrorBehaviour.PRE_OPERATIONAL if entry is None else entry.value
         if behaviour == ErrorBehaviour.STOPPED and self.state is not State.STOPPED:

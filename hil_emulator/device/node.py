@@ -228,6 +228,11 @@ class Node:
             frames.append(time)
         self._produces = producer.produces or clock.produces
 
+    def bus_off(self) -> None:
+        """Obey 0x1029 as the node's controller goes off the bus (CiA 301 7.5.2.32)."""
+        self.leave_fast_path()
+        self._nmt.on_communication_error()
+
     def raise_error(self, key: Hashable, code: int, bit: ErrorBit) -> None:
         """Let the node report an error of its hardware, until it is cleared.
 

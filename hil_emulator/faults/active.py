@@ -138,7 +138,7 @@ class Faults:
             act(running.strength(now_ns), values, ranges)
         return Measured(values, ranges)
 
-    def arriving(self, now_ns: int, node: Node, given: Sequence[Frame]) -> Sequence[Frame]:
+    def arriving(self, now_ns: int, node: object, given: Sequence[Frame]) -> Sequence[Frame]:
         """Return the frames that reach a node."""
         if not self.active:
             return given
@@ -149,7 +149,7 @@ class Faults:
                 passed = act.arriving(running.strength(now_ns), passed)[:MOST_FRAMES]
         return passed
 
-    def leaving(self, now_ns: int, node: Node, given: Sequence[Frame]) -> Sequence[Frame]:
+    def leaving(self, now_ns: int, node: object, given: Sequence[Frame]) -> Sequence[Frame]:
         """Return the frames of a node that reach the bus."""
         if not self.active:
             return given
@@ -162,10 +162,18 @@ class Faults:
         self.active = bool(self._waiting or self._running or self._freed)
         return passed
 
-    def destroys(self, node: Node, now_ns: int) -> bool:
+    def destroys(self, node: object, now_ns: int) -> bool:
         """Return whether an error frame destroys the frame that a node begins to send."""
         return any(
             act.destroys(running.strength(now_ns))
+            for running, owner, act in self._frames
+            if owner is node
+        )
+
+    def acknowledged(self, node: object, now_ns: int) -> bool:
+        """Return whether another node acknowledges the frame that a node sends."""
+        return all(
+            act.acknowledged(running.strength(now_ns))
             for running, owner, act in self._frames
             if owner is node
         )

@@ -22,6 +22,10 @@ class FrameFault(Protocol):
         """Return whether an error frame destroys the frame that the node sends, on a timed bus."""
         ...
 
+    def acknowledged(self, s: Strength) -> bool:
+        """Return whether another node acknowledges the frame being sent, on a timed bus."""
+        ...
+
     def end(self) -> tuple[list[Frame], list[Frame]]:
         """Return the frames that are still delayed: those for the node, and those for the bus."""
         ...
@@ -41,6 +45,10 @@ class PassThrough:
     def destroys(self, s: Strength) -> bool:
         """Return False: every frame is sent."""
         return False
+
+    def acknowledged(self, s: Strength) -> bool:
+        """Let all frames be acknowledged."""
+        return True
 
     def end(self) -> tuple[list[Frame], list[Frame]]:
         """Return no delayed frames."""

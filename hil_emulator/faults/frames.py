@@ -201,6 +201,7 @@ class _BusOff(Cut):
     def __init__(self, node: Node) -> None:
         super().__init__(deaf=True)
         self._node = node
+        node.bus_off()
 
     def end(self) -> tuple[list[Frame], list[Frame]]:
         """Report the return to the bus."""
@@ -211,7 +212,7 @@ class _BusOff(Cut):
 
 @bus_fault(NODE, error_classes=(BUS_OFF, RESTARTED))
 def bus_off(connection: NodeConnection) -> FrameFault:
-    """The node is off the bus; back again it reports EMCY 0x8140."""
+    """The node is off the bus and obeys 0x1029:1; back again it reports EMCY 0x8140."""
     return _BusOff(connection.node)
 
 
@@ -229,6 +230,20 @@ def error_frames(connection: NodeConnection) -> FrameFault:
     return _Disturbed()
 
 
+class _Unacknowledged(PassThrough):
+    """Lets no other node acknowledge what the node sends."""
+
+    def acknowledged(self, s: Strength) -> bool:
+        """Take the chance for a frame."""
+        return not s.hits()
+
+
+@bus_fault(BUS, NODE, needs_time=True)
+def no_acknowledge(connection: NodeConnection) -> FrameFault:
+    """No other node acknowledges: the node repeats, and reports EMCY 0x8120 (error passive)."""
+    return _Unacknowledged()
+
+
 @bus_fault(BUS)
 def interface_down(connection: NodeConnection) -> FrameFault:
     """The cable is unplugged."""
@@ -237,5 +252,6 @@ def interface_down(connection: NodeConnection) -> FrameFault:
 
 KINDS = (
     drop, delay, duplicate, corrupt, reorder, wrong_length, silence, babbling, emcy,
-    heartbeat_stop, reset, bus_off, error_frames, interface_down,
+    heartbeat_stop, reset, bus_off, error_frames, no_acknowledge,
+    interface_down,
 )  # fmt: skip

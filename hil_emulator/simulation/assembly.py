@@ -15,7 +15,9 @@ from hil_emulator.model.plant import Plant, on_one_supply
 from hil_emulator.model.sampling import Sensors
 from hil_emulator.recording.memory import Recorder
 from hil_emulator.simulation.active_effects import acting_together
+from hil_emulator.simulation.frame_router import Participant
 from hil_emulator.simulation.node_factory import nodes
+from hil_emulator.simulation.partner_factory import partners
 from hil_emulator.simulation.rig import Rig
 from hil_emulator.simulation.timed_can_port import CanPort, TimedCanPort
 
@@ -78,7 +80,8 @@ def plants_of(model: kernel.Kernel, configs: Sequence[Configuration]) -> list[Pl
 def _rig(config: Configuration, plant: Plant, bus: CanPort) -> Rig:
     random = np.random.default_rng(config.seed)
     sensors = Sensors(plant.kernel, config.sensors, config.tick_ns * 1e-9, random)
-    made = nodes(config, sensors.names)
+    made: list[Participant] = [*nodes(config, sensors.names)]
     if config.wire.modelled and not isinstance(bus, TimedCanPort):
         bus = TimedCanPort(bus, config.wire)
+    made += partners(config, sensors.names)
     return Rig(plant, sensors, made, bus, config.tick_ns, config.steps, None, config.not_finite)

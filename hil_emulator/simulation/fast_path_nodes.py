@@ -13,7 +13,7 @@ At the end of a tick each node enters its fast path if all of these conditions h
 
 A rig passes whole ticks in `fast_tick` if in addition
 
-7. the node on the fast path is its only one: no frames are carried between nodes;
+7. the node on the fast path is its only one, without partners: no frames are carried between them;
 8. its bus has no modelled timing: no frame waits for the bus;
 9. the cylinder has ends, or the rod has left its stroke: otherwise each tick checks whether it has.
 """
@@ -65,6 +65,7 @@ class FastPathNodes:
         if (
             rig.nodes[0].fast_path.on
             and len(rig.nodes) == 1  # 7
+            and not rig.partners
             and not rig.wire  # 8
             and (self._has_ends or rig.left_stroke_ns)  # 9
         ):

@@ -15,6 +15,7 @@ from hil_emulator.frame import NO_FRAMES
 from hil_emulator.model.digits import NOT_FINITE
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.sampling import Sensors
+from hil_emulator.partners.partner import Partner
 from hil_emulator.recording.memory import Recorder
 from hil_emulator.simulation.timed_can_port import CanPort
 
@@ -27,6 +28,7 @@ class TickingRig(Protocol):
     plant: Plant
     sensors: Sensors
     nodes: tuple[Node, ...]
+    partners: tuple[Partner, ...]
     faults: Faults
     bus: CanPort
     wire: TimedWire | None

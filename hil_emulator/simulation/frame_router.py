@@ -8,8 +8,12 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from hil_emulator.device.node import Node
 from hil_emulator.frame import EXTENDED, Frame
+from hil_emulator.partners.partner import Partner
 
-Spoken = list[tuple[Node, Frame]]
+Participant = Node | Partner
+"""What sends and hears frames on a rig's bus."""
+
+Spoken = list[tuple[Participant, Frame]]
 """Frames with the nodes that sent them."""
 
 
@@ -17,12 +21,13 @@ class FrameRouter:
     """Carries frames between the nodes of a rig, and to them.
 
     Args:
-        nodes: the rig's nodes.
+        nodes: the rig's nodes and partners.
 
     """
 
-    def __init__(self, nodes: Sequence[Node]) -> None:
+    def __init__(self, nodes: Sequence[Participant]) -> None:
         self._nodes = tuple(nodes)
+        self._open = any(isinstance(node, Partner) for node in self._nodes)  # it filters itself
         self._alone = len(self._nodes) == 1  # no other node receives its frames
         self._spoken: Spoken = []
         self._stale = True
@@ -40,14 +45,14 @@ class FrameRouter:
     def go_on(self) -> None:
         """Let time pass again."""
 
-    def say(self, node: Node, frames: Sequence[Frame]) -> None:
+    def say(self, node: Participant, frames: Sequence[Frame]) -> None:
         """Pass a node's frames to the other nodes in the next tick."""
         if not self._alone:
             self._spoken += [(node, frame) for frame in frames]
 
     def arriving(
         self, frames: Sequence[Frame], *, everything: bool
-    ) -> Iterable[tuple[Node, Sequence[Frame]]]:
+    ) -> Iterable[tuple[Participant, Sequence[Frame]]]:
         """Return each node with the frames for it.
 
         Args:
@@ -65,10 +70,10 @@ class FrameRouter:
 
     def _shared(
         self, frames: Sequence[Frame], *, everything: bool
-    ) -> Iterator[tuple[Node, Sequence[Frame]]]:
+    ) -> Iterator[tuple[Participant, Sequence[Frame]]]:
         """Yield each of several nodes with the frames for it, also from the others."""
         spoken, self._spoken = self._spoken, []
-        if not everything:
+        if not (everything or self._open):
             spoken, frames = self._of_concern(spoken, frames)
         for node in self._nodes:
             if spoken:

@@ -18,11 +18,12 @@ from hil_emulator.faults.running import Running
 from hil_emulator.frame import Frame
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.sampling import Sensors
+from hil_emulator.partners.partner import Partner
 from hil_emulator.recording.memory import Recorder
 from hil_emulator.signals.columns import MODEL
 from hil_emulator.signals.inputs import OF_SUPPLY, checked
 from hil_emulator.simulation.fast_path_nodes import FastPathNodes
-from hil_emulator.simulation.frame_router import FrameRouter
+from hil_emulator.simulation.frame_router import FrameRouter, Participant
 from hil_emulator.simulation.not_finite import NotFiniteError
 from hil_emulator.simulation.settings import Settings
 from hil_emulator.simulation.timed_can_port import CanPort, TimedCanPort, TimedRouter
@@ -38,7 +39,7 @@ class Rig:
     Args:
         plant: the actuator.
         sensors: its sensor channels.
-        nodes: the CANopen nodes that show it.
+        nodes: what is on the bus: the CANopen nodes that show it, and partners.
         bus: carries the frames.
         tick_ns: period of the loop [ns].
         steps: integration steps per tick.
@@ -60,7 +61,7 @@ class Rig:
         self,
         plant: Plant,
         sensors: Sensors,
-        nodes: Sequence[Node],
+        nodes: Sequence[Participant],
         bus: CanPort,
         tick_ns: int,
         steps: int,
@@ -69,7 +70,9 @@ class Rig:
     ) -> None:
         self.plant = plant
         self.sensors = sensors
-        self.nodes = tuple(nodes)
+        self.nodes = tuple(node for node in nodes if isinstance(node, Node))
+        self.partners = tuple(node for node in nodes if isinstance(node, Partner))
+        self._everyone: tuple[Participant, ...] = (*self.nodes, *self.partners)
         self.bus = bus
         self.tick_ns = tick_ns
         self.now_ns = 0
@@ -77,18 +80,18 @@ class Rig:
         self.left_stroke_ns: int | None = None
         self._watched = not plant.has_ends
         self.recorder = recorder
-        self.faults = Faults(plant, sensors, nodes, self.value, self._began, self._ended)
-        self._settings = Settings(plant, nodes, self.faults.parameters)
+        self.faults = Faults(plant, sensors, self.nodes, self.value, self._began, self._ended)
+        self._settings = Settings(plant, self.nodes, self.faults.parameters)
         self._steps = steps
         self._resets = not_finite == "reset"
         self.wire: TimedWire | None = None
         self.supply_mates: Sequence[Rig] = ()
-        self._router = FrameRouter(self.nodes)
+        self._router = FrameRouter(self._everyone)
         if isinstance(bus, TimedCanPort):
             self.wire = bus.wire
-            self._router = TimedRouter(self.nodes, bus)
-            self._router.disturb(self.faults.destroys)
-        self._only = self.nodes[0] if len(self.nodes) == 1 and not self.wire else None
+            self._router = TimedRouter(self._everyone, bus)
+            self._router.disturb(self.faults.destroys, self.faults.acknowledged)
+        self._only = self.nodes[0] if len(self._everyone) == 1 and not self.wire else None
         self.measured: Measured | None = None
         self._fast_path = FastPathNodes(self, steps)
         self._measure()
@@ -307,8 +310,8 @@ class Rig:
     def _transmit(self) -> None:
         outgoing: Sequence[Frame] = ()
         on_fast_path = True
-        for node in self.nodes:
-            if node.fast_path.until_ns:
+        for node in self._everyone:
+            if isinstance(node, Node) and node.fast_path.until_ns:
                 sent: Sequence[Frame] = node.repeat(self.now_ns, self.sensors.record)
             else:
                 sent = node.publish(self.now_ns, self.sample())

@@ -9,13 +9,12 @@ import functools
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Protocol
 
-from hil_emulator.can_timing.controller import CanController
+from hil_emulator.can_timing.controller import CanController, ErrorState
 from hil_emulator.can_timing.wire import Passed, TimedWire, WireError
 from hil_emulator.config.bus import WireSettings
 from hil_emulator.device.emergency import ErrorBit, ErrorCode
-from hil_emulator.device.node import Node
 from hil_emulator.frame import BUS_OFF, RESTARTED, Frame
-from hil_emulator.simulation.frame_router import FrameRouter
+from hil_emulator.simulation.frame_router import FrameRouter, Participant
 
 
 class CanPort(Protocol):
@@ -98,7 +97,7 @@ class TimedRouter(FrameRouter):
 
     """
 
-    def __init__(self, nodes: Sequence[Node], port: TimedCanPort) -> None:
+    def __init__(self, nodes: Sequence[Participant], port: TimedCanPort) -> None:
         super().__init__(nodes)
         self._port = port
         self._controllers = {node: port.attach() for node in nodes}
@@ -110,10 +109,12 @@ class TimedRouter(FrameRouter):
         for node, controller in self._controllers.items():
             self._report_loss(node, controller)
             for error in self._port.errors:
-                if error.controller is controller and error.error_class == RESTARTED:
-                    code = ErrorCode.RECOVERED_FROM_BUS_OFF
-                    node.raise_error(BUS_OFF, code, ErrorBit.COMMUNICATION)
-                    node.clear_error(BUS_OFF)
+                if error.controller is controller:
+                    _report(node, error.error_class)
+            if controller.error_state is ErrorState.PASSIVE:
+                node.raise_error(ErrorState, ErrorCode.ERROR_PASSIVE, ErrorBit.COMMUNICATION)
+            else:
+                node.clear_error(ErrorState)
 
     def stand(self) -> None:
         """Pass frames at once from now on, because time stands still."""
@@ -123,12 +124,23 @@ class TimedRouter(FrameRouter):
         """Let time pass again."""
         self._port.standing = False
 
-    def disturb(self, destroys: Callable[[Node, int], bool]) -> None:
-        """Let error frames destroy frames of nodes, as decided by a function of node and time."""
+    def disturb(
+        self,
+        destroys: Callable[[Participant, int], bool],
+        acknowledged: Callable[[Participant, int], bool],
+    ) -> None:
+        """Let functions of node and time decide about frames of nodes.
+
+        Args:
+            destroys: whether an error frame destroys it.
+            acknowledged: whether another node acknowledges it.
+
+        """
         for node, controller in self._controllers.items():
             controller.disturbed = functools.partial(destroys, node)
+            controller.acknowledged = functools.partial(acknowledged, node)
 
-    def say(self, node: Node, frames: Sequence[Frame]) -> None:
+    def say(self, node: Participant, frames: Sequence[Frame]) -> None:
         """Queue a node's frames in its controller."""
         if self._port.standing:
             super().say(node, frames)
@@ -137,7 +149,7 @@ class TimedRouter(FrameRouter):
 
     def arriving(
         self, frames: Sequence[Frame], *, everything: bool
-    ) -> Iterator[tuple[Node, Sequence[Frame]]]:
+    ) -> Iterator[tuple[Participant, Sequence[Frame]]]:
         """Yield each node with the frames for it; a node that is off the bus receives none."""
         if self._port.standing:
             yield from super().arriving(frames, everything=everything)
@@ -155,10 +167,19 @@ class TimedRouter(FrameRouter):
         controllers = self._controllers.values()
         return [(p.done_ns, [p.frame]) for p in self._port.passed if p.sender in controllers]
 
-    def _report_loss(self, node: Node, controller: CanController) -> None:
+    def _report_loss(self, node: Participant, controller: CanController) -> None:
         """Let a node report frames lost in its queue, until that is empty again."""
         if controller.lost > self._lost[node]:
             self._lost[node] = controller.lost
             node.raise_error(CanController, ErrorCode.CAN_OVERRUN, ErrorBit.COMMUNICATION)
         elif controller.head is None:
             node.clear_error(CanController)
+
+
+def _report(node: Participant, error_class: int) -> None:
+    """Let a node obey and report what its controller has met with."""
+    if error_class == BUS_OFF:
+        node.bus_off()
+    elif error_class == RESTARTED:
+        node.raise_error(BUS_OFF, ErrorCode.RECOVERED_FROM_BUS_OFF, ErrorBit.COMMUNICATION)
+        node.clear_error(BUS_OFF)

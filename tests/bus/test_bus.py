@@ -89,3 +89,14 @@ def test_receivers_do_not_share_a_frame(bus: Bus, peer: can.BusABC) -> None:
         mine.data[0] = 0xFF
         assert other.data == b"\x01\x02"
         assert isinstance(other.data, bytearray)
+
+
+def test_a_remote_frame_keeps_its_length_code(bus: Bus, peer: can.BusABC) -> None:
+    """It has no data, but asks for as many bytes as its length code says, both ways."""
+    peer.send(can.Message(arbitration_id=0x185, is_remote_frame=True, dlc=6, is_extended_id=False))
+    (frame,) = bus.receive()
+    assert (frame.remote, len(frame.data)) == (True, 6)
+    bus.send([frame])
+    message = peer.recv(0)
+    assert message is not None
+    assert (message.is_remote_frame, message.dlc, len(message.data)) == (True, 6, 0)

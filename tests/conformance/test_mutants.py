@@ -8,6 +8,7 @@ from mutations import MUTANTS
 
 SCORE = 0.95
 UNNOTICED = {
+    "lss_never_identified": "the service is optional, and no EDS says whether a slave has it",
     "lss_stored_in_vain": "shows when the power is off and on again, which no frame can do",
     "sdo_block_sequence_zero_ignored": "a server may wait for the segment that was meant",
     "time_never_produced": "no object says how often TIME comes",
@@ -16,7 +17,7 @@ UNNOTICED = {
 
 EXAMPLES = (
     "nmt_reset_communication_resets_all", "sdo_block_checksum_unchecked", "rpdo_never_stored",
-    "tpdo_reversed", "emcy_history_oldest_first", "lss_any_serial_number", "time_stands_still",
+    "tpdo_reversed", "emcy_stays_after_heartbeat", "lss_any_serial_number", "time_stands_still",
 )  # fmt: skip
 CASES = json.loads(NOTICED.read_text())
 

@@ -287,3 +287,50 @@ def test_any_data_type_runs_or_is_refused(tmp_path: Path, data: st.DataObject) -
 
 def _sheet(name: str) -> str:
     return next(path for path in SHIPPED if path.stem == name).read_text()
+
+
+BOOLEAN_AS_BYTE = (
+    described("2001", 1, "PDOMapping=1", "DefaultValue=1"),
+    described("2002", 6, "PDOMapping=1", "DefaultValue=0x1234"),
+)
+
+
+def test_a_boolean_may_be_mapped_as_a_byte(tmp_path: Path) -> None:
+    """Where a file maps a BOOLEAN as 8 bits it takes a byte, is noted, and can be written back."""
+    dictionary = loaded(tmp_path, *BOOLEAN_AS_BYTE, mapped(1, "0x20010008", "0x20020010"))
+    assert ("2001", "") in notes(dictionary)
+    node = Node(dictionary, [], {})
+    (pdo,) = [p for p in node.pdo_map() if p.exists]
+    assert pdo.size == 3
+    node.publish(0, Measured([], []))
+    node.receive(1, [Frame(0, bytes([1, NODE_ID]))])
+    sent = [f.data for f in node.publish(1, Measured([], [])) if f.can_id == 0x185]
+    assert sent == [bytes([1, 0x34, 0x12])]
+    for subindex in (0, 1, 2):
+        value = dictionary.read(0x1A00, subindex)
+        assert value == (2, 0x20010008, 0x20020010)[subindex]
+
+
+def test_a_boolean_is_a_bit_elsewhere(tmp_path: Path) -> None:
+    """Mapped as one bit it stays one: nothing is noted of it."""
+    dictionary = loaded(tmp_path, *BOOLEAN_AS_BYTE, mapped(1, "0x20010001", "0x20020010"))
+    assert ("2001", "") not in notes(dictionary)
+    assert dictionary.entry(0x2001).type.bits == 1
+
+
+def test_a_wrong_length_is_noted_of_a_pdo_that_is_off(tmp_path: Path) -> None:
+    """A default mapping with another length than its object is noted, PDO valid or not."""
+    mapping = mapped(1, "0x20020008", cob_id="$NODEID+0x80000180")
+    dictionary = loaded(tmp_path, *BOOLEAN_AS_BYTE, mapping)
+    (text,) = [r.text for r in dictionary.remarks if r.section == "1A00"]
+    assert "cannot be enabled with its default mapping: 0x2002:00 has 16 bits, not 8" in text
+
+
+def test_unknown_access_is_that_of_stock_canopen(tmp_path: Path) -> None:
+    """`AccessType=unknown` is read as stock `canopen` reads it: writable, not readable; noted."""
+    part = described("2003", 6, "DefaultValue=3", access="unknown")
+    dictionary = loaded(tmp_path, part)
+    stock = canopen.import_od(str(written(tmp_path, part)), NODE_ID)[0x2003]
+    entry = dictionary.entry(0x2003)
+    assert (entry.readable, entry.writable) == (stock.readable, stock.writable) == (False, True)
+    assert ("2003", "AccessType") in notes(dictionary)

@@ -126,7 +126,8 @@ def test_every_frame_of_a_run_has_its_message(config: Configuration, folder: Pat
             said.setdefault(name, []).append(message.decode(frame.data))
     assert {"command": "start", "node": 0} in said["NMT"]
     assert [m["error_code"] for m in said["EMCY"]] == ["life_guard_or_heartbeat", "none"]
-    assert {str(m["state"]) for m in said["heartbeat"]} == {"boot_up", "operational"}
+    states = {str(m["state"]) for m in said["heartbeat"]}
+    assert states == {"boot_up", "pre_operational", "operational"}
     assert said["SYNC"] == [{}]
     (request,) = (r for name in said if name.endswith("SDO_request") for r in said[name])
     assert request == {"command": "download_2_bytes", "index": 0x1017, "subindex": 0, "data": 20}

@@ -9,18 +9,18 @@ from hil_emulator.scenario.spread import run_all
 FILES = sorted((Path(__file__).parents[2] / "configs" / "scenarios").glob("*.toml"))
 
 
-def test_all_ten_pass() -> None:
+def test_all_pass() -> None:
     """One after the other in this process; every expectation is met."""
     outcomes = run_all(FILES)
-    assert len(outcomes) == 10
+    assert len(outcomes) == 11
     missed = [(o.title, o.error, [c for c in o.checks if not c.passed]) for o in outcomes]
     assert [m for m in missed if m[1] or m[2]] == []
     assert all(o.checks for o in outcomes)
 
 
-@pytest.mark.full(sibling="test_all_ten_pass")
+@pytest.mark.full(sibling="test_all_pass")
 def test_they_are_the_same_with_two_workers_and_on_a_cluster() -> None:
-    """Every frame and signal of all ten: in this process, in two, on a Dask cluster."""
+    """Every frame and signal of all: in this process, in two, on a Dask cluster."""
     from distributed import LocalCluster
 
     alone = [o.digest for o in run_all(FILES)]

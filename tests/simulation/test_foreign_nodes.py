@@ -33,7 +33,7 @@ def test_without_a_map_it_is_a_silent_partner(tmp_path: Path) -> None:
         assert node.sdo[0x1008].raw == "PT-404 250bar"
         node.sdo[0x1017].raw = 20
         rig.emulator.run_for("50 ms")
-        assert rig.data(0x707)[1:] == [bytes([PRE_OPERATIONAL])] * 2
+        assert rig.data(0x707)[1:] == [bytes([PRE_OPERATIONAL])] * 3
         assert rig.data(0x187) == []
         node.nmt.state = "OPERATIONAL"
         rig.emulator.run_for("15 ms")

@@ -11,6 +11,7 @@ from hil_emulator.config.bench import KINDS
 from hil_emulator.config.bus import DEFAULT_BUS
 from hil_emulator.config.machine import ActuatorTable, MachineTable, SupplyTable
 from hil_emulator.config.nodes import IdentityTable, NodeTable
+from hil_emulator.config.partners import J1939Table, MessageTable, PartnerTable
 from hil_emulator.config.schema import plant_tables, schema
 from hil_emulator.config.table import TableOfWays
 from hil_emulator.model.declare import Effect, Quantity
@@ -37,7 +38,9 @@ range; in a configuration such values are written in the channel's own unit."""
 def write() -> str:
     """Return the page."""
     complete = schema(CATALOGUE, KINDS["actuator"])
-    models = {n: f.annotation for n, f in complete.model_fields.items() if n != "node"}
+    models = {
+        n: f.annotation for n, f in complete.model_fields.items() if n not in ("node", "partner")
+    }
     plant = plant_tables(CATALOGUE)
     return page(
         "Configuration",
@@ -49,6 +52,9 @@ def write() -> str:
         *_section("[[node]]", NodeTable),
         *_section("[node.identity]", IdentityTable),
         *_objects(),
+        *_section("[[partner]]", PartnerTable),
+        *_section("[partner.messages.NAME]", MessageTable),
+        *_section("[partner.j1939]", J1939Table),
         *_section("[plant]", models["plant"]),
         *_quantities("[plant.inputs]", "Inputs of the plant, each a key.", INPUTS),
         *_quantities("[plant.outputs]", "Signals of the plant, each a key.", SIGNALS),

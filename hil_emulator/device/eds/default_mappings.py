@@ -8,6 +8,7 @@ cannot be mapped does not exist until a master has configured it.
 from collections.abc import Iterator, Sequence
 
 from hil_emulator.device.cob_id import INVALID
+from hil_emulator.device.datatype import BYTE_BOOLEAN
 from hil_emulator.device.eds.report import Report
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.pdo_records import (
@@ -68,6 +69,8 @@ class DefaultMappings:
             total += bits
             target = self._entries.get((index, sub))
             where = f"0x{index:04X}:{sub:02X}"
+            if target is not None and (target.type.name, bits) == (BYTE_BOOLEAN.name, 8):
+                self._widen(target)
             if index <= LAST_DUMMY:
                 continue  # what an RPDO may map of these, DummyUsage says
             if target is None:
@@ -81,6 +84,12 @@ class DefaultMappings:
         if total > MAX_BITS:
             yield f"{total} bits"
 
+    def _widen(self, target: Entry) -> None:
+        """Let a BOOLEAN that is mapped as a byte take one: else its own mapping is refused."""
+        if target.type is not BYTE_BOOLEAN:
+            target.type = BYTE_BOOLEAN
+            self._report.note(target.section, "", "a BOOLEAN mapped as 8 bits; it takes a byte")
+
     def _permit(self, target: Entry, kind: str) -> None:
         if target.receivable if kind == "RPDO" else target.transmittable:
             return
@@ -93,7 +102,11 @@ class DefaultMappings:
 
     def _switch_off(self, index: int, kind: str, problem: str) -> None:
         cob_id = self._entries.get((index - _TO_COMMUNICATION, COB_ID))
-        if cob_id is None or cob_id.default & INVALID:
+        if cob_id is None:
+            return
+        if cob_id.default & INVALID:
+            text = f"this {kind} cannot be enabled with its default mapping: {problem}"
+            self._report.note(f"{index:04X}", "", text)
             return
         cob_id.default = cob_id.value = cob_id.default | INVALID
         text = f"this {kind} cannot be mapped and does not exist: {problem}"

@@ -17,7 +17,8 @@ VAR, DOMAIN_OBJECT, COLLECTIONS = 7, 2, (6, 8, 9)
 """ObjectType: a variable, a DOMAIN, and those with members (CiA 306)."""
 DOMAIN_TYPE = 0x0F
 
-_SHORT_ACCESS = {"r": "ro", "w": "wo", "wr": "rw"}
+_SHORT_ACCESS = {"r": "ro", "w": "wo", "wr": "rw", "unknown": "wo"}
+"""Access types of makers' files; stock `canopen` reads "unknown" as write-only, too."""
 
 
 class ObjectReader:

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.emergency import Emergency
-from hil_emulator.device.profiles import measuring_device, valve
+from hil_emulator.device.profiles import drive, measuring_device, valve
+from hil_emulator.device.profiles.drive import Drive
 from hil_emulator.device.profiles.encoder import MULTI_POSITION, POSITION, Encoder
 from hil_emulator.device.profiles.measuring_device import MeasuringDevice
 from hil_emulator.device.profiles.profile import NoProfile, Profile
@@ -38,6 +39,8 @@ def profile_of(dictionary: Dictionary, channels: Sequence[str], emergency: Emerg
         measuring_device.scale_by_unit(dictionary, direct)
     if number == 406 and kind not in ROTARY and _positions(dictionary):
         return Encoder(dictionary, channels)
+    if number == 402 and all(dictionary.number(*place) for place in drive.REQUIRED):
+        return Drive(dictionary, channels, emergency)
     if number == 408 and all(dictionary.number(*place) for place in valve.REQUIRED):
         return ValveDriver(dictionary, channels, emergency)
     return NoProfile()

@@ -1,6 +1,30 @@
-"""Mutants by service, written from CiA 301 and CiA 305, not from the cases."""
+"""Mutants by service, written from CiA 301 and CiA 305, not from the cases.
 
-from mutations import error_control, lss, network, nmt, pdo, sdo
+Those of the files `clauses_*` were written clause by clause, before the suite was run on them.
+"""
+
+from mutations import (
+    clauses_access,
+    clauses_data,
+    clauses_errors,
+    error_control,
+    lss,
+    network,
+    nmt,
+    pdo,
+    sdo,
+)
 from mutations.mutant import MUTANTS
 
-__all__ = ["MUTANTS", "error_control", "lss", "network", "nmt", "pdo", "sdo"]
+__all__ = [
+    "MUTANTS",
+    "clauses_access",
+    "clauses_data",
+    "clauses_errors",
+    "error_control",
+    "lss",
+    "network",
+    "nmt",
+    "pdo",
+    "sdo",
+]
