@@ -24,7 +24,7 @@ exclude_patterns = ["_build", "build_time"]
 autodoc_typehints = "none"
 html_theme = "alabaster"
 html_theme_options = {
-    "description": "A hydraulic actuator that is not there, on a CAN bus that is",
+    "description": "An emulated hydraulic actuator on a real CAN bus",
     "page_width": "1100px",
 }
 html_sidebars = {"**": ["about.html", "navigation.html", "searchbox.html"]}

@@ -1,4 +1,4 @@
-"""The actuators of a machine, as one file after the other has described them."""
+"""The actuators of a machine, from its files in order."""
 
 from dataclasses import dataclass
 
@@ -10,12 +10,12 @@ class ActuatorSettings:
     """One actuator of a machine.
 
     Attributes:
-        name: what recordings and faults call it.
+        name: in recordings and faults.
         config: its configuration.
         bus: name of its bus.
-        supply: name of the supply that it shares; None for one of its own.
+        supply: name of the shared supply; None for its own.
         carries: name of the actuator whose joint is at the end of the link that it moves; None
-            where its load stands for itself.
+            without one.
 
     """
 

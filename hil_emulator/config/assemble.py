@@ -26,16 +26,16 @@ from hil_emulator.model.stages import SAMPLED
 def configuration(
     checked: Any, layers: Layers, files: Sequence[Path], texts: Sequence[str]
 ) -> Configuration:
-    """Return what checked tables mean.
+    """Return the configuration of checked tables.
 
     Args:
         checked: an instance of `schema.schema`.
-        layers: what it was checked from.
-        files: where that comes from.
-        texts: what each of them says.
+        layers: the tables before the check.
+        files: of the layers.
+        texts: of the files.
 
     Raises:
-        UserError: if what each table says for itself does not go together.
+        UserError: if tables contradict each other.
 
     """
     effects, origin = layers.effects, layers.origin
@@ -54,8 +54,8 @@ def configuration(
             "failed stays so"
         )
     canonical = json.dumps(layers.merged, sort_keys=True, default=str).encode()
-    said = _plant_values(checked, effects)
-    unsaid = _unsaid(checked, said)
+    stated = _plant_values(checked, effects)
+    unsaid = _unsaid(checked, stated)
     return Configuration(
         tick_ns=round(rig.tick * 1e9),
         step=rig.tick / steps,
@@ -68,7 +68,7 @@ def configuration(
         wire=wire,
         nodes=nodes,
         effects=effects,
-        plant=said | unsaid,
+        plant=stated | unsaid,
         unsaid=frozenset(unsaid),
         stated=frozenset(_stated(checked, effects)),
         tolerances=layers.tolerances,
@@ -115,12 +115,12 @@ def _stated(checked: Any, effects: Sequence[Effect]) -> Iterator[str]:
                 yield from (f"{effect.name}_{key}" for key in chosen.model_fields_set)
 
 
-def _unsaid(checked: Any, said: dict[str, float]) -> dict[str, float]:
-    """Return what follows from the values that the configuration of a whole actuator says."""
+def _unsaid(checked: Any, stated: dict[str, float]) -> dict[str, float]:
+    """Return the derived values of a configuration of a whole actuator."""
     if not described(checked.bench).whole:
         return {}
-    found = derived(checked.valve.rated_current, said, checked.rig.step)
-    return {name: value for name, value in found.items() if name not in said}
+    follows = derived(checked.valve.rated_current, stated, checked.rig.step)
+    return {name: value for name, value in follows.items() if name not in stated}
 
 
 def _nodes(tables: Sequence[NodeTable], wire: WireSettings, file: Path) -> tuple[NodeSettings, ...]:

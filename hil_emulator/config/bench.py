@@ -30,10 +30,10 @@ class Kind:
     """A kind of bench.
 
     Attributes:
-        name: as the configuration writes it.
-        describes: what it says of the machine, in words.
-        needs: keys that the bench cannot do without, by table.
-        options: keys of `[bench]` that mean something here.
+        name: in the configuration.
+        describes: description in words.
+        needs: required keys, by table.
+        options: keys of `[bench]` for this kind.
 
     """
 
@@ -44,7 +44,7 @@ class Kind:
 
     @property
     def whole(self) -> bool:
-        """Whether it is the whole actuator, which alone can be simulated."""
+        """Whether it is the whole actuator; only that can be simulated."""
         return self.needs is EVERYTHING
 
     def asks(self, table: str, key: str) -> bool:
@@ -56,7 +56,7 @@ EVERYTHING = {
     table: frozenset(p.name for p in params if p.default is None)
     for table, params in PARAMS.items()
 }  # fmt: skip
-"""What a whole actuator needs: all that has no usual value."""
+"""Required keys of a whole actuator: all without a usual value."""
 
 KINDS = {kind.name: kind for kind in (
     Kind("actuator", "the whole actuator: valve, cylinder, oil and load", EVERYTHING),
@@ -102,7 +102,7 @@ Gain = Annotated[float | None, QuantityReader(PROPORTIONAL_GAIN, {FREE: math.nan
 
 
 class BenchTable(DescribedTable):
-    """The kind of bench, and what the tables of the actuator do not say about it."""
+    """The kind of bench, and data that the tables of the actuator do not hold."""
 
     kind: Literal[tuple(KINDS)] = "actuator"  # type: ignore[valid-type]
     """which parts of an actuator stand on the bench"""
@@ -133,9 +133,9 @@ class BenchSettings:
 
     Attributes:
         kind: its name in `KINDS`.
-        chambers: constant pressure of the chambers that no channel shows, by channel [Pa]; not a
-            number where a chamber does not exist.
-        proportional_gain: of a closed loop [A/m], not a number where it is to be found.
+        chambers: constant pressure of chambers without a channel, by channel [Pa]; NaN for a
+            chamber that does not exist.
+        proportional_gain: of a closed loop [A/m]; NaN if it is to be estimated.
 
     """
 
@@ -145,36 +145,38 @@ class BenchSettings:
 
     @property
     def whole(self) -> bool:
-        """Whether it is the whole actuator, which alone can be simulated."""
+        """Whether it is the whole actuator; only that can be simulated."""
         return KINDS[self.kind].whole
 
     def __str__(self) -> str:
-        """Return in words what a configuration describes."""
-        told = [KINDS[self.kind].describes]
+        """Return the description of a configuration in words."""
+        parts = [KINDS[self.kind].describes]
         for name, pressure in self.chambers.items():
             side = name.replace("pressure", "chamber").replace("_", " ")
             constant = f"at a constant {show(pressure, 'Pa', 'bar')}"
-            told.append(f"{side} {'absent' if math.isnan(pressure) else constant}")
+            parts.append(f"{side} {'absent' if math.isnan(pressure) else constant}")
         if self.kind == "closed loop":
             gain = self.proportional_gain
-            told.append(f"gain {FREE if math.isnan(gain) else show(gain, 'A/m')}")
-        return "; ".join(told)
+            parts.append(f"gain {FREE if math.isnan(gain) else show(gain, 'A/m')}")
+        return "; ".join(parts)
 
 
 def described(table: BenchTable) -> BenchSettings:
     """Return the bench that a checked table describes."""
     chambers = {"pressure_a": table.pressure_a, "pressure_b": table.pressure_b}
-    known = {name: pressure for name, pressure in chambers.items() if pressure is not None}
+    constant_pressures = {
+        name: pressure for name, pressure in chambers.items() if pressure is not None
+    }
     gain = math.nan if table.proportional_gain is None else table.proportional_gain
-    return BenchSettings(table.kind, known, gain)
+    return BenchSettings(table.kind, constant_pressures, gain)
 
 
 def kind_of(merged: Mapping[str, Any]) -> Kind:
-    """Return the kind of bench of an unchecked configuration: what it says need not make sense."""
+    """Return the kind of bench of an unchecked configuration, which may be wrong."""
     table = merged.get("bench")
-    said = table if isinstance(table, dict) else {}
-    kind = KINDS.get(str(said.get("kind", "actuator")), Kind("", "", {}))
-    if said.get("pressure_b") == ABSENT and "pressure_b" in kind.options:
+    content = table if isinstance(table, dict) else {}
+    kind = KINDS.get(str(content.get("kind", "actuator")), Kind("", "", {}))
+    if content.get("pressure_b") == ABSENT and "pressure_b" in kind.options:
         # without an annulus there is no ratio of its area
         return replace(kind, needs={"cylinder": frozenset({"piston_area"})})
     return kind

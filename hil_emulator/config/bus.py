@@ -1,4 +1,4 @@
-"""`[bus]`: what carries the frames, and whether that takes time."""
+"""`[bus]`: the interface of the frames, and its timing."""
 
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
@@ -14,17 +14,17 @@ DEFAULT_BUS = {
     "host": "127.0.0.1",
     "port": 29536,
 }
-"""A TCP server any process can connect to without root; 29536 is socketcand's port."""
+"""A TCP server that any process can join without root; 29536 is socketcand's port."""
 
 BIT_RATE = Param("bit_rate", "bit/s", "bit rate of the bus", 500e3, 10e3, 1e6, "kbit/s")
 FASTEST = 1_000_000
-"""Assumed where nothing is said: the fastest classical CAN [bit/s]."""
+"""Default: the fastest classical CAN [bit/s]."""
 TRANSMIT_QUEUE = 32
 """Frames that wait in a node; message buffers of a common controller (Bosch C_CAN) (assumed)."""
 
 
 class BusTable(BaseModel):
-    """What carries the frames: settings of python-can's interface, and these."""
+    """Interface of the frames: settings of python-can, and these."""
 
     model_config = ConfigDict(extra="allow", frozen=True, use_attribute_docstrings=True)
 
@@ -52,8 +52,8 @@ class WireSettings:
     """The wire that frames go over.
 
     Attributes:
-        bit_rate: in bit/s; None where nothing is said.
-        modelled: whether frames take their time and their turn.
+        bit_rate: in bit/s; None if it is not stated.
+        modelled: whether timing and arbitration are modelled.
         transmit_queue: frames that can wait in a node.
 
     """
@@ -64,7 +64,7 @@ class WireSettings:
 
     @property
     def assumed_bit_rate(self) -> int:
-        """The bit rate, `FASTEST` where nothing is said [bit/s]."""
+        """The bit rate, `FASTEST` by default [bit/s]."""
         return self.bit_rate or FASTEST
 
 

@@ -1,4 +1,4 @@
-"""A whole rig, checked: what everything else is made from."""
+"""A whole rig, checked: the input of all assembly."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -22,9 +22,8 @@ class Configuration:
         step: integration step [s].
         steps: integration steps per tick.
         seed: seed of the sensor noise.
-        late: what a late tick means: "count" it or "stop" the run.
-        not_finite: what a state of the model that is not finite means: "stop" the run, or "reset"
-            the model.
+        late: reaction to a late tick: "count" it or "stop" the run.
+        not_finite: reaction to a state that is not finite: "stop" the run, or "reset" the model.
         sync_period_ns: time that one SYNC stands for under the follow-SYNC clock [ns].
         bus: arguments of `can.Bus`.
         wire: its bit rate, and whether frames take time.
@@ -32,15 +31,15 @@ class Configuration:
         effects: the catalogue, with the user's own effects at its end.
         plant: parameters of the plant by record field, SI.
         sensors: transducer parameters by channel and record field, SI.
-        digest: digest of what the files say together.
-        files: where it comes from.
-        texts: what each of them says.
-        fmu: what moves in place of the built-in plant, where something does.
-        unsaid: fields of `plant` that no file states: they follow from the others.
+        digest: of the content of all files.
+        files: its files.
+        texts: text of each file.
+        fmu: the FMU that replaces the built-in plant, if there is one.
+        unsaid: fields of `plant` that no file states: they are derived from others.
         stated: fields of `plant` that a file states.
         tolerances: relative standard deviation of stated values by field, where a file states it.
-        bench: what of an actuator it describes; what it need not say of the plant is not a number,
-            so that nothing which depends on it has a value.
+        bench: the described parts of an actuator; values of the plant that it need not state are
+            NaN, and so are all that depend on them.
         partners: nodes on the bus that are not CANopen.
         supply_mates: names of the other actuators of a machine on its supply.
 

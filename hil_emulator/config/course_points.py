@@ -13,7 +13,7 @@ from hil_emulator.units import to_si
 NS_PER_S = 1e9
 
 LATEST_S = 1e9
-"""Of a course [s]: thirty years (assumed)."""
+"""Longest course [s]: thirty years (assumed)."""
 
 Points = tuple[tuple[int, float], ...]
 """Time [ns] and value [digits] of each corner of a course."""
@@ -23,7 +23,7 @@ def points(rows: object) -> Points:
     """Return the corners of a table such as `[["0 s", 20], ["5 s", 60]]`.
 
     Raises:
-        ValueError: it is none.
+        ValueError: it is not such a table.
 
     """
     if not isinstance(rows, list) or not all(isinstance(r, list) and len(r) == 2 for r in rows):
@@ -67,7 +67,7 @@ def _checked(rows: Iterable[tuple[float, float]]) -> Points:
         rows: times [s] and values.
 
     Raises:
-        ValueError: there is none, a value is no number, or the times do not rise from 0 to
+        ValueError: there is no row, a value is not a number, or the times do not rise from 0 to
             `LATEST_S`.
 
     """
@@ -77,8 +77,8 @@ def _checked(rows: Iterable[tuple[float, float]]) -> Points:
             raise ValueError(f"{number!r} is no number of a course")
     if any(abs(time) > LATEST_S for time, _ in given):
         raise ValueError(f"a time of a course is later than {LATEST_S:g} s")
-    found = tuple((round(time * NS_PER_S), float(value)) for time, value in given)
-    times = [time for time, _ in found]
+    corners = tuple((round(time * NS_PER_S), float(value)) for time, value in given)
+    times = [time for time, _ in corners]
     if not times or times[0] < 0 or any(b <= a for a, b in itertools.pairwise(times)):
         raise ValueError("times of a course begin at 0 s or later and rise from row to row")
-    return found
+    return corners

@@ -1,4 +1,4 @@
-"""What data sheets print, turned into what the equations use."""
+"""Conversion of the values on data sheets to those of the equations."""
 
 import math
 
@@ -10,7 +10,7 @@ LINES = (frozenset({"cylinder_lines"}), frozenset({"line_waves"}))
 """Two models of the same lines."""
 
 VALVE_GROUPS = (_GAIN, _RATING, _DROPS)
-"""Keys of the valve that say something together: its gain, its rating, the rating's drop."""
+"""Keys of the valve that belong together: its gain, its rating, the rating's drop."""
 
 ALTERNATIVES: dict[str, tuple[tuple[frozenset[str], frozenset[str]], ...]] = {
     "valve": (
@@ -20,7 +20,7 @@ ALTERNATIVES: dict[str, tuple[tuple[frozenset[str], frozenset[str]], ...]] = {
     "cylinder": ((frozenset({"piston_area", "area_ratio"}), frozenset({"bore", "rod"})),),
     "lines": (LINES,),
 }
-"""Keys of a table that exclude each other: two ways to say the same thing."""
+"""Keys of a table that exclude each other: two ways to state the same quantity."""
 
 
 def valve_gain(nominal_flow: float, rated_current: float, drop_per_edge: float) -> float:
@@ -30,8 +30,8 @@ def valve_gain(nominal_flow: float, rated_current: float, drop_per_edge: float) 
         nominal_flow: flow at rated current [m³/s].
         rated_current: rated current [A].
         drop_per_edge: pressure drop over one metering edge, dp_n1 [Pa]. A data sheet's drop over
-            the whole valve is dp_n2 = 2 dp_n1 (S1 eq. 3.7): taking one for the other is an error
-            of 41 %.
+            the whole valve is dp_n2 = 2 dp_n1 (S1 eq. 3.7). The wrong choice changes the flow by
+            41 %.
 
     """
     return nominal_flow / (rated_current * math.sqrt(drop_per_edge))

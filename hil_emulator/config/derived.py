@@ -1,4 +1,4 @@
-"""What a configuration need not say, because it follows from what it says."""
+"""Values that a configuration need not state, because they follow from others."""
 
 import math
 from collections.abc import Mapping
@@ -18,10 +18,10 @@ is exact to 0.1 % of range then."""
 
 
 def spool_travel(rated_current: float | None, values: Mapping[str, float]) -> float:
-    """Return where the spool has its stop [A]: where the valve is fully open; inf if nothing says.
+    """Return the stop of the spool [A]: where the valve is fully open; inf if it is unknown.
 
     Args:
-        rated_current: current of full opening [A], where a data sheet's is given.
+        rated_current: current of full opening on a data sheet [A], if there is one.
         values: parameters by field name, SI.
 
     """
@@ -31,7 +31,7 @@ def spool_travel(rated_current: float | None, values: Mapping[str, float]) -> fl
 def stop_stiffness(values: Mapping[str, float], step: float) -> float:
     """Return the stiffness of a cylinder's ends [N/m]: k = E A/L of the steel around its stroke.
 
-    A mass so light that it would swing faster than the step can follow meets softer ends.
+    The ends are softer for a light mass that would swing faster than the step can follow.
 
     Args:
         values: parameters by field name, SI.
@@ -48,11 +48,11 @@ def stop_stiffness(values: Mapping[str, float], step: float) -> float:
 def derived(
     rated_current: float | None, values: Mapping[str, float], step: float
 ) -> dict[str, float]:
-    """Return parameters by field name, SI, for what a whole actuator leaves unsaid.
+    """Return the parameters of a whole actuator that are not stated, by field name, SI.
 
     Args:
-        rated_current: current of full opening [A], where a data sheet's is given.
-        values: what it says.
+        rated_current: current of full opening on a data sheet [A], if there is one.
+        values: the stated ones.
         step: integration step [s].
 
     """

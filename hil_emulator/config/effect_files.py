@@ -16,16 +16,16 @@ EffectFile = tuple[str, bytes]
 
 
 def module_name(content: bytes) -> str:
-    """Return the name of an effect file's module: kept machine code finds effects again by it."""
+    """Return the module name of an effect file, by which stored machine code finds its effects."""
     return _PREFIX + digest(content)[:16]
 
 
 def read_effects(path: Path, content: bytes) -> list[Effect]:
-    """Run an effect file: this content and no other, whatever has been compiled from it before.
+    """Run exactly this content of an effect file, whatever was compiled from it before.
 
     Raises:
-        Exception, SystemExit: whatever ends it, as it is anybody's Python; TypeError where EFFECTS
-            is no list of effects.
+        Exception, SystemExit: any error of the file, which is the user's Python; TypeError if
+            EFFECTS is not a list of effects.
 
     """
     module = ModuleType(module_name(content))
@@ -41,7 +41,7 @@ def read_effects(path: Path, content: bytes) -> list[Effect]:
 
 
 def digest(content: bytes) -> str:
-    """Return what tells one effect file from any other."""
+    """Return the digest of an effect file."""
     return hashlib.sha256(content).hexdigest()
 
 
@@ -64,17 +64,17 @@ def restored(files: Sequence[EffectFile], folder: Path) -> list[Effect]:
         folder: where to write those that this process has not imported.
 
     """
-    found: list[Effect] = []
+    effects_of_files: list[Effect] = []
     for i, (name, content) in enumerate(files):
-        known = sys.modules.get(module_name(content))
-        if known is not None:
-            found += known.EFFECTS
+        module = sys.modules.get(module_name(content))
+        if module is not None:
+            effects_of_files += module.EFFECTS
             continue
         path = folder / str(i) / name
         path.parent.mkdir()
         path.write_bytes(content)
-        found += read_effects(path, content)
-    return found
+        effects_of_files += read_effects(path, content)
+    return effects_of_files
 
 
 def _modules(effects: Sequence[Effect]) -> list[ModuleType]:

@@ -1,4 +1,4 @@
-"""JSON Schema of the files: what an editor needs to complete and check them."""
+"""JSON Schema of the files, by which editors complete and check them."""
 
 from typing import Any
 
@@ -8,25 +8,25 @@ from hil_emulator.config.schema import schema
 from hil_emulator.model.effects import CATALOGUE
 
 DIALECT = "http://json-schema.org/draft-07/schema#"
-"""What editors of TOML understand."""
+"""Version of JSON Schema that TOML editors support."""
 
 _LAYER = Kind("", "a file that may be laid over another one", {})
-"""Asks for nothing: what one file leaves out, another may say."""
+"""Kind without required keys: another file may state what one leaves out."""
 
 
 def json_schema(what: str) -> dict[str, Any]:
     """Return the schema of a configuration, or of a machine of several actuators.
 
-    It asks for no table of the plant: a file may be a layer, and what is needed depends on the
-    bench. Effects are those of the catalogue.
+    It requires no table of the plant, because a file may be a layer, and the required keys depend
+    on the bench. Effects are those of the catalogue.
     """
     model = MachineTable if what == "machine" else schema(CATALOGUE, _LAYER)
-    found: dict[str, Any] = _without_null(model.model_json_schema(by_alias=True))
-    return {"$schema": DIALECT, **found, "title": f"hil-emulator {what}"}
+    schema_of_file: dict[str, Any] = _without_null(model.model_json_schema(by_alias=True))
+    return {"$schema": DIALECT, **schema_of_file, "title": f"hil-emulator {what}"}
 
 
 def _without_null(node: Any) -> Any:
-    """Return a schema without what TOML cannot say, and without titles that repeat the keys."""
+    """Return a schema without null, which TOML lacks, and without titles that repeat the keys."""
     if isinstance(node, list):
         return [_without_null(inner) for inner in node]
     if not isinstance(node, dict):

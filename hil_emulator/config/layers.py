@@ -1,4 +1,4 @@
-"""Files laid over each other, later ones over earlier ones, before anything is checked."""
+"""Layers of files, later ones over earlier ones, before the check."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -15,16 +15,16 @@ from hil_emulator.model.declare import Effect
 from hil_emulator.model.effects import CATALOGUE
 
 Admit = Callable[[Path, bytes], None]
-"""Asked before an effect file runs, with its path and content; raises `UserError` to refuse it."""
+"""Called before an effect file runs, with its path and content; raises `UserError` to refuse it."""
 
 
 @dataclass(frozen=True)
 class Layers:
-    """What files say together.
+    """Content of all files.
 
     Attributes:
         merged: their tables.
-        origin: the file that has the last word, by the path of a key.
+        origin: the file that sets a key, by its path.
         effects: the catalogue, with the files' own effects at its end.
         tolerances: relative standard deviation by field, where a file states it.
 
@@ -40,12 +40,12 @@ def laid(files: Sequence[Path], texts: Sequence[str], admit: Admit) -> Layers:
     """Lay the texts of files over each other.
 
     Raises:
-        UserError: if one is no TOML, names an effect file that fails, or describes a machine.
+        UserError: if a file is not TOML, names an effect file that fails, or describes a machine.
 
     """
     layers = [(f, parse_toml(f, text)) for f, text in zip(files, texts, strict=True)]
-    own = [e for file, layer in layers for e in _own_effects(file, layer, admit)]
-    effects = (*CATALOGUE, *own)
+    user_effects = [e for file, layer in layers for e in _own_effects(file, layer, admit)]
+    effects = (*CATALOGUE, *user_effects)
     knobs: dict[tuple[str, ...], str] = {(e.stage.table, e.name): e.knob.name for e in effects}
     merged: dict[str, Any] = {}
     origin: dict[tuple[str, ...], Path] = {}
@@ -59,7 +59,7 @@ def laid(files: Sequence[Path], texts: Sequence[str], admit: Admit) -> Layers:
 
 
 def _refuse_machine(merged: Mapping[str, Any], origin: Mapping[tuple[str, ...], Path]) -> None:
-    """Say which files describe one actuator where a machine of several was given."""
+    """Refuse a machine of several actuators; the message names the files of one of them."""
     if "actuator" not in merged:
         return
     given = merged["actuator"]
@@ -77,25 +77,25 @@ def _own_effects(file: Path, layer: dict[str, Any], admit: Admit) -> list[Effect
     """Import the effect files that a layer names; each defines a tuple EFFECTS."""
     table = layer.get("model")
     named = table.get("effects", []) if isinstance(table, dict) else []
-    found: list[Effect] = []
+    user_effects: list[Effect] = []
     for name in named if isinstance(named, list) else []:
         path = file.parent / str(name)
         try:
             content = input_files.read_bytes(path, input_files.EFFECTS)
             admit(path, content)
-            found += read_effects(path, content)
+            user_effects += read_effects(path, content)
         except UserError:
             raise
-        except (Exception, SystemExit) as error:  # it is anybody's Python
+        except (Exception, SystemExit) as error:  # the file is arbitrary Python
             raise UserError(
                 f"{file}: model.effects: {path}: {type(error).__name__}: {error}; an effect file "
                 "is Python that declares effects and lists them in EFFECTS"
             ) from None
-    return found
+    return user_effects
 
 
 def _with_knobs(layer: dict[str, Any], knobs: Mapping[tuple[str, ...], str]) -> dict[str, Any]:
-    """Write `effect = "value"` out as `effect = {knob = "value"}`."""
+    """Expand `effect = "value"` to `effect = {knob = "value"}`."""
 
     def spelt(table: str, content: object) -> object:
         if not isinstance(content, dict):
@@ -117,7 +117,7 @@ def _lay_over(
     below: dict[str, Any], above: dict[str, Any], file: Path, origin: dict[tuple[str, ...], Path],
     path: tuple[str, ...] = (),
 ) -> None:  # fmt: skip
-    """Merge `above` into `below`; a new way to say a thing displaces the old one."""
+    """Merge `above` into `below`; a new way to state a quantity replaces the old one."""
     for pair in datasheet.ALTERNATIVES.get(path[0], ()) if len(path) == 1 else ():
         for new, old in (pair, pair[::-1]):
             if new & above.keys() and not old & above.keys():

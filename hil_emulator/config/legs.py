@@ -10,41 +10,41 @@ _LENGTH = "rotary_joint_link_length"
 
 
 def with_legs(place: str, actuators: Sequence[ActuatorSettings]) -> tuple[ActuatorSettings, ...]:
-    """Return the actuators, each followed by the one that it carries, as the model wants them.
+    """Return the actuators, each followed by the one that it carries, in the order of the model.
 
     Args:
-        place: where the machine is described.
+        place: of the machine's description.
         actuators: its actuators.
 
     Raises:
-        UserError: if one cannot carry what it is said to.
+        UserError: if an actuator cannot carry the named one.
 
     """
-    known = {a.name: a if a.carries else _carrying_nothing(a) for a in actuators}
+    by_name = {a.name: a if a.carries else _carrying_nothing(a) for a in actuators}
     carried = [a.carries for a in actuators if a.carries]
-    found: list[ActuatorSettings] = []
-    for actuator in known.values():
+    ordered: list[ActuatorSettings] = []
+    for actuator in by_name.values():
         if actuator.carries:
-            _check(f"{place}: actuator {actuator.name}", actuator, known, carried)
+            _check(f"{place}: actuator {actuator.name}", actuator, by_name, carried)
         if actuator.name not in carried:
-            found += [actuator, *([known[actuator.carries]] if actuator.carries else [])]
-    return tuple(found)
+            ordered += [actuator, *([by_name[actuator.carries]] if actuator.carries else [])]
+    return tuple(ordered)
 
 
 def _carrying_nothing(actuator: ActuatorSettings) -> ActuatorSettings:
-    """Return an actuator whose link ends in the air, whatever its length."""
+    """Return an actuator whose link carries no joint, whatever its length."""
     plant = {name: v for name, v in actuator.config.plant.items() if name != _LENGTH}
     return replace(actuator, config=replace(actuator.config, plant=plant))
 
 
 def _check(
-    place: str, one: ActuatorSettings, known: dict[str, ActuatorSettings], carried: list[str]
+    place: str, one: ActuatorSettings, by_name: dict[str, ActuatorSettings], carried: list[str]
 ) -> None:
-    """Refuse a leg that is none."""
+    """Refuse an impossible leg."""
     assert one.carries
-    other = known.get(one.carries)
+    other = by_name.get(one.carries)
     if other is None:
-        raise UserError(f"{place}: carries '{one.carries}'; there are: {', '.join(known)}")
+        raise UserError(f"{place}: carries '{one.carries}'; there are: {', '.join(by_name)}")
     if other.carries or one.name in carried or carried.count(other.name) > 1:
         raise UserError(f"{place}: a leg has two joints: one actuator that carries one other")
     if one.supply is None or one.supply != other.supply:

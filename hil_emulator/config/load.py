@@ -1,4 +1,4 @@
-"""From files to a `Configuration`, or to one message with every mistake in it."""
+"""Reading of files into a `Configuration`, or into one message with every mistake."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -33,7 +33,7 @@ def load(files: Sequence[Path], *, on_bus: bool = False) -> Configuration:
 
     Args:
         files: the files.
-        on_bus: whether it is a mistake to say nothing of nodes.
+        on_bus: whether nodes are required.
 
     Raises:
         UserError: with every mistake found, each with its place.
@@ -46,16 +46,16 @@ def load(files: Sequence[Path], *, on_bus: bool = False) -> Configuration:
 def load_texts(
     files: Sequence[Path], texts: Sequence[str], admit: Admit, *, on_bus: bool = False
 ) -> Configuration:
-    """Check the texts of configuration files as if they were there.
+    """Check the texts of configuration files without reading these.
 
     Args:
-        files: where the texts come from: what they name is looked for beside them.
+        files: origin of the texts; paths in them are relative to it.
         texts: of each file.
         admit: decides which effect files may run.
-        on_bus: whether it is a mistake to say nothing of nodes.
+        on_bus: whether nodes are required.
 
     Raises:
-        UserError: with every mistake found, each with its place.
+        UserError: with every mistake and its place.
 
     """
     layers = laid(files, texts, admit)
@@ -72,17 +72,17 @@ def load_whole(files: Sequence[Path]) -> Configuration:
     """Read and check a configuration of a whole actuator, which can be simulated.
 
     Raises:
-        UserError: as `load` does, or if it describes less, or an FMU moves in its place.
+        UserError: as `load` does, or if it describes less, or an FMU replaces the plant.
 
     """
     return built_in(whole(load(files)))
 
 
 def built_in(config: Configuration) -> Configuration:
-    """Return a configuration whose actuator moves by the model.
+    """Return a configuration with the built-in plant.
 
     Raises:
-        UserError: if an FMU moves in its place.
+        UserError: if an FMU replaces it.
 
     """
     if config.fmu:

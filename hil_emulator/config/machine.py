@@ -37,11 +37,11 @@ from hil_emulator.config.toml_file import read_toml
 from hil_emulator.errors import UserError
 
 ONLY_BUS = "bus"
-"""Name of the bus where a configuration describes one actuator."""
+"""Name of the bus of a configuration with one actuator."""
 
 
 class ActuatorTable(DescribedTable):
-    """One actuator: its files, bus and supply, what it carries, and where its node-IDs begin."""
+    """One actuator: files, bus, supply, carried actuator, and offset of node-IDs."""
 
     name: str = Field(min_length=1)
     """name in recordings and faults"""
@@ -82,7 +82,7 @@ class MachineSettings:
     Attributes:
         actuators: at least one; all have the same tick.
         buses: arguments of `can.Bus` by name.
-        wires: what the buses are made of, by name.
+        wires: bit rate and timing of the buses, by name.
 
     """
 
@@ -118,11 +118,11 @@ def load_machine(files: Sequence[Path]) -> MachineSettings:
 
 
 def has_actuators(file: Path) -> bool:
-    """Tell whether a file describes a machine of several actuators."""
+    """Return whether a file describes a machine of several actuators."""
     try:
         return "actuator" in read_toml(file, "configuration")
     except UserError:
-        return False  # `load` says what is wrong with it
+        return False  # `load` reports the error
 
 
 def _checked(file: Path) -> MachineTable:
@@ -135,14 +135,14 @@ def _checked(file: Path) -> MachineTable:
 
 
 def _supply_files(file: Path, table: MachineTable, actuator: ActuatorTable) -> tuple[str, ...]:
-    """Return the files of the supply that an actuator shares; none where it has its own."""
+    """Return the files of the supply that an actuator shares; empty for its own supply."""
     if actuator.supply is None:
         return ()
     if actuator.supply not in table.supplies:
-        known = ", ".join(table.supplies) or "none; add [supplies.NAME] with its files"
+        names = ", ".join(table.supplies) or "none; add [supplies.NAME] with its files"
         raise UserError(
             f"{file}: actuator {actuator.name}: there is no supply '{actuator.supply}'; "
-            f"there are: {known}"
+            f"there are: {names}"
         )
     return table.supplies[actuator.supply].files
 
@@ -150,7 +150,7 @@ def _supply_files(file: Path, table: MachineTable, actuator: ActuatorTable) -> t
 def _sharing(
     file: Path, table: MachineTable, actuators: tuple[ActuatorSettings, ...]
 ) -> tuple[ActuatorSettings, ...]:
-    """Return the actuators, those on a common supply agreed in what they share."""
+    """Return the actuators, after a check that those on one supply agree in its parameters."""
     for supply in table.supplies:
         on_it = {a.name: a.config for a in actuators if a.supply == supply}
         if not on_it:
@@ -183,7 +183,7 @@ def _offset(number: int, offset: int) -> int:
 
 
 def _check_together(file: Path, table: MachineTable, actuators: Sequence[ActuatorSettings]) -> None:
-    """Refuse what only shows when the actuators are seen side by side."""
+    """Refuse conflicts between actuators."""
     taken: dict[tuple[str, int], str] = {}
     names = [actuator.name for actuator in actuators]
     for actuator in actuators:

@@ -1,4 +1,4 @@
-"""What is wrong with a configuration, told so that it can be mended."""
+"""Messages on the mistakes of a configuration, with place and remedy."""
 
 import difflib
 from collections.abc import Mapping, Sequence
@@ -18,7 +18,7 @@ _NODE = """    [[node]]
 
 
 SHOWN = 50
-"""Mistakes that a message lists; it counts the others."""
+"""Largest number of mistakes in a message, which counts the others."""
 
 _GONE = {
     ("valve", "reynolds_discharge"): (
@@ -26,7 +26,7 @@ _GONE = {
         "critical_reynolds_number = 0.3 lambda_c"
     ),
 }
-"""Keys that were known once, and what to write instead."""
+"""Keys of former versions, and their replacement."""
 
 _ELSEWHERE = {
     (("node",), ("dbc", "transmits", "signals", "j1939")): (
@@ -83,15 +83,15 @@ def _reason(
     if kind == "extra_forbidden":
         if names in _GONE:
             return _GONE[names]
-        for (above, keys), way_out in _ELSEWHERE.items():
-            if names[:-1] == above and names[-1] in keys:
+        for (above, moved), way_out in _ELSEWHERE.items():
+            if names[:-1] == above and names[-1] in moved:
                 return way_out
-        known = _keys(model, names[:-1])
-        near = difflib.get_close_matches(names[-1], known, n=1)
+        keys = _keys(model, names[:-1])
+        near = difflib.get_close_matches(names[-1], keys, n=1)
         return (
             f'unknown key; did you mean "{near[0]}"?'
             if near
-            else f"unknown key; known here: {', '.join(known)}"
+            else f"unknown key; known here: {', '.join(keys)}"
         )
     if kind == "missing":
         return _missing(names, model, kind_of(merged))
@@ -106,7 +106,7 @@ def _reason(
 
 
 def _missing(names: tuple[str, ...], model: type[StrictTable], bench: Kind) -> str:
-    """Say what is missing with its unit and an example: a key, or a table with all it needs."""
+    """Return the message for a missing key or table, with unit and example."""
     *above, key = names
     if names == ("node",):
         return f"missing: nothing is on a bus; it needs, for example\n{_NODE}"
@@ -130,12 +130,12 @@ def _quoted(given: object) -> str:
 
 
 def _keys(model: type[StrictTable], names: Sequence[str]) -> list[str]:
-    """Return the keys that the table at a path knows."""
+    """Return the keys of the table at a path."""
     return list(_table(model, names).model_fields)
 
 
 def _table(model: type[StrictTable], names: Sequence[str]) -> type[StrictTable]:
-    """Return the table at a path; of tables with names of their own, that which all of them are."""
+    """Return the table at a path; for tables with free names, their common type."""
     current: type[StrictTable] = model
     for name in names:
         field = current.model_fields.get(name)
@@ -147,7 +147,7 @@ def _table(model: type[StrictTable], names: Sequence[str]) -> type[StrictTable]:
 
 
 def _readers(table: type[StrictTable]) -> dict[str, QuantityReader]:
-    """Return how the keys of a table are read that are quantities."""
+    """Return the readers of a table's quantities."""
     return {
         name: reader
         for name, field in table.model_fields.items()

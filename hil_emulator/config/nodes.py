@@ -1,4 +1,4 @@
-"""`[[node]]`: one CANopen node, whose EDS may be anybody's."""
+"""`[[node]]`: one CANopen node, with the EDS of any maker."""
 
 import dataclasses
 from collections.abc import Sequence
@@ -32,18 +32,18 @@ _NODE_ID = Annotated[int, Field(ge=1, le=127)] | Literal["unconfigured"]
 _U32 = Annotated[int | None, Field(ge=0, le=0xFFFF_FFFF)]
 
 
-def read_id(said: object) -> int:
+def read_id(word: object) -> int:
     """Return a node-ID, `UNCONFIGURED` for the word.
 
     Raises:
-        ValueError: it is neither that nor 1 to 127.
+        ValueError: it is neither that word nor 1 to 127.
 
     """
-    if said == "unconfigured":
+    if word == "unconfigured":
         return UNCONFIGURED
-    if isinstance(said, int) and 1 <= said <= 127:
-        return int(said)
-    raise ValueError(f'{said!r} is no node-ID: 1 to 127, or "unconfigured" to get one by LSS')
+    if isinstance(word, int) and 1 <= word <= 127:
+        return int(word)
+    raise ValueError(f'{word!r} is no node-ID: 1 to 127, or "unconfigured" to get one by LSS')
 
 
 class IdentityTable(DescribedTable):

@@ -22,9 +22,9 @@ from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.units import count, to_si
 
 COMMAND_UNITS = {"valve_current": "A"}
-"""What a node may command, with its SI unit."""
+"""Commands of a node, with their SI units."""
 DEVICE_SIGNALS = ("sample_counter", "sample_time")
-"""What a node itself feeds."""
+"""Signals that the node itself provides."""
 
 _PLACE = re.compile(r"0[xX]([0-9A-Fa-f]{4})(?::([0-9A-Fa-f]{1,2}))?")
 UNITS = {c.name: c.unit for c in CHANNELS} | COMMAND_UNITS
@@ -37,7 +37,7 @@ KEYS = {
     "table": ("repeat", "unit"),
     "file": ("column", "repeat"),
 }
-"""By the key that says what an object shows, the keys that may stand beside it."""
+"""By the key of an object's source, the keys that may accompany it."""
 
 MEANINGS = {
     "channel": "sensor channel, `sample_counter` or `sample_time` that the object shows",
@@ -56,18 +56,18 @@ MEANINGS = {
 
 @dataclass(frozen=True)
 class ObjectSettings:
-    """What one object shows or commands.
+    """Source or command of one object.
 
     Attributes:
         index: 16-bit index.
         subindex: 8-bit sub-index.
         signal: channel or command, "" for neither.
-        unit: SI unit of `factor`; beside a constant what a digit stands for, "" where it is digits.
-        factor: what one digit stands for; None leaves it to the EDS.
-        constant: its value, None for none.
+        unit: SI unit of `factor`; of a constant the unit of a digit, "" for digits.
+        factor: value of one digit; None leaves it to the EDS.
+        constant: its value; None without.
         points: corners of its course over time, empty without one.
-        repeat: whether the course begins anew at its end.
-        column: where the course is in a CSV file: file and name of the column.
+        repeat: whether the course is repeated.
+        column: place of the course in a CSV file: file and name of the column.
 
     """
 
@@ -83,7 +83,7 @@ class ObjectSettings:
 
     @property
     def where(self) -> str:
-        """Index and sub-index as people write them."""
+        """Notation of index and sub-index."""
         return f"0x{self.index:04X}:{self.subindex:02X}"
 
 
@@ -96,78 +96,78 @@ def read_map(content: object) -> tuple[ObjectSettings, ...]:
     """
     if not isinstance(content, Mapping):
         raise ValueError('is a table of objects, such as { "0x6130:1" = "pressure_a" }')
-    found = tuple(_object(str(key), said) for key, said in content.items())
-    places = [settings.where for settings in found]
-    signals = [settings.signal for settings in found]
-    for settings in found:
+    mapped = tuple(_object(str(key), value) for key, value in content.items())
+    places = [settings.where for settings in mapped]
+    signals = [settings.signal for settings in mapped]
+    for settings in mapped:
         if places.count(settings.where) > 1:
             raise ValueError(f"{settings.where} stands there twice")
         if settings.signal in COMMAND_UNITS and signals.count(settings.signal) > 1:
             raise ValueError(f"two objects give the command {settings.signal}; keep one")
-    return found
+    return mapped
 
 
-def _object(key: str, said: object) -> ObjectSettings:
+def _object(key: str, content: object) -> ObjectSettings:
     place = _PLACE.fullmatch(key)
     if place is None:
         raise ValueError(f'{key!r} is not an object; write it as "0x6130:1", in hexadecimal')
     index, subindex = int(place[1], 16), int(place[2] or "0", 16)
     try:
-        return ObjectSettings(index, subindex, **read_value(said))
+        return ObjectSettings(index, subindex, **read_value(content))
     except ValueError as error:
         raise ValueError(f"{key}: {error}") from None
 
 
-def read_value(said: object) -> dict[str, Any]:
-    """Return the fields of `ObjectSettings` that a value stands for.
+def read_value(content: object) -> dict[str, Any]:
+    """Return the fields of `ObjectSettings` for a value.
 
     Raises:
         ValueError: it is no channel, command, constant or course.
 
     """
-    if isinstance(said, str):
-        return _signal(said, None)
-    if isinstance(said, int | float):
-        return _constant(said)
-    if not isinstance(said, Mapping):
-        raise ValueError(f"{said!r} is no name, number or table")
-    kinds = [kind for kind in KEYS if kind in said]
+    if isinstance(content, str):
+        return _signal(content, None)
+    if isinstance(content, int | float):
+        return _constant(content)
+    if not isinstance(content, Mapping):
+        raise ValueError(f"{content!r} is no name, number or table")
+    kinds = [kind for kind in KEYS if kind in content]
     if len(kinds) != 1:
         raise ValueError(f"give one of {', '.join(KEYS)}; found {', '.join(kinds) or 'none'}")
     (kind,) = kinds
-    wrong = [key for key in said if key != kind and key not in KEYS[kind]]
+    wrong = [key for key in content if key != kind and key not in KEYS[kind]]
     if wrong:
-        known = ", ".join(KEYS[kind]) or "nothing"
-        raise ValueError(f"unknown key '{wrong[0]}'; beside {kind} may stand {known}")
-    return _of_kind(kind, said)
+        keys = ", ".join(KEYS[kind]) or "nothing"
+        raise ValueError(f"unknown key '{wrong[0]}'; beside {kind} may stand {keys}")
+    return _of_kind(kind, content)
 
 
-def _of_kind(kind: str, said: Mapping[str, Any]) -> dict[str, Any]:
-    content = said[kind]
-    repeat = bool(said.get("repeat", False))
+def _of_kind(kind: str, table: Mapping[str, Any]) -> dict[str, Any]:
+    content = table[kind]
+    repeat = bool(table.get("repeat", False))
     if kind in ("channel", "command"):
-        return _signal(str(content), said.get("unit"))
+        return _signal(str(content), table.get("unit"))
     if kind == "constant":
-        unit = said.get("unit")
+        unit = table.get("unit")
         return _constant(_digits(content, unit)) | {"unit": str(unit or "")}
     if kind == "file":
-        return {"column": (str(content), str(said.get("column", ""))), "repeat": repeat}
+        return {"column": (str(content), str(table.get("column", ""))), "repeat": repeat}
     if kind == "ramp":
         if not isinstance(content, list) or len(content) != 2:
             raise ValueError("a ramp goes from one value to another: ramp = [0, 500]")
-        content = [["0 s", content[0]], [said.get("time", ""), content[1]]]
+        content = [["0 s", content[0]], [table.get("time", ""), content[1]]]
     if isinstance(content, list):
-        content = [[*row[:-1], _digits(row[-1], said.get("unit"))] for row in map(_row, content)]
+        content = [[*row[:-1], _digits(row[-1], table.get("unit"))] for row in map(_row, content)]
     return {"points": points(content), "repeat": repeat}
 
 
-def _row(said: object) -> list[Any]:
-    """Return a row of a table; what is none stays to be refused with the others."""
-    return said if isinstance(said, list) and said else [said]
+def _row(row: object) -> list[Any]:
+    """Return a row of a table; a wrong row is returned too, and refused with the others."""
+    return row if isinstance(row, list) and row else [row]
 
 
 def _digits(content: Any, unit: object) -> Any:
-    """Return a value in digits: one with a unit, where `unit` says what a digit stands for."""
+    """Return a value in digits; a quantity is divided by `unit`."""
     return content if unit is None else count(content, str(unit))
 
 
@@ -179,8 +179,8 @@ def _constant(content: object) -> dict[str, Any]:
 
 def _signal(name: str, unit: object) -> dict[str, Any]:
     if name not in UNITS and name not in DEVICE_SIGNALS:
-        known = ", ".join((*UNITS, *DEVICE_SIGNALS))
-        raise ValueError(f"no channel or command {name!r}; there are {known}")
+        names = ", ".join((*UNITS, *DEVICE_SIGNALS))
+        raise ValueError(f"no channel or command {name!r}; there are {names}")
     if unit is None or name in DEVICE_SIGNALS:
         return {"signal": name}
     factor = to_si(unit, UNITS[name], f"1 {UNITS[name]}")

@@ -44,16 +44,16 @@ def supply_effects(config: Configuration) -> list[str]:
 
 def _effects_of_all(place: str, configs: Mapping[str, Configuration]) -> tuple[Effect, ...]:
     """Return the catalogue and every actuator's own effects."""
-    found: dict[str, Effect] = {}
+    union: dict[str, Effect] = {}
     for name, config in configs.items():
         for effect in config.effects:
-            known = found.setdefault(effect.name, effect)
-            if known.law.__module__ != effect.law.__module__:
+            all_effects = union.setdefault(effect.name, effect)
+            if all_effects.law.__module__ != effect.law.__module__:
                 raise UserError(
                     f"{place}: {name}: its effect {effect.name} is not that of the other actuators "
                     "on this supply, which are computed together; rename one of the two"
                 )
-    return tuple(found.values())
+    return tuple(union.values())
 
 
 def _check_equal(
@@ -67,8 +67,8 @@ def _check_equal(
     for field, param in supply_params(effects).items():
         values = [config.plant.get(field, off.get(field)) for config in (one, other)]
         if values[0] != values[1]:
-            said = ["nothing" if v is None else show(v, param.unit, param.shown) for v in values]
+            stated = ["nothing" if v is None else show(v, param.unit, param.shown) for v in values]
             raise UserError(
-                f"{place}: {first} and {second} differ in {field}: {said[0]} and {said[1]}; "
+                f"{place}: {first} and {second} differ in {field}: {stated[0]} and {stated[1]}; "
                 "a supply has it once, so say it in the supply's files"
             )

@@ -1,4 +1,4 @@
-"""`[plant]`: what moves in place of the built-in plant."""
+"""`[plant]`: an FMU that replaces the built-in plant."""
 
 import re
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ _TIMEOUT = Param(
 
 
 class PlantTable(DescribedTable):
-    """An FMU in place of the built-in plant."""
+    """An FMU that replaces the built-in plant."""
 
     fmu: str | None = None
     """functional mock-up unit, FMI 2.0 or 3.0; the path is relative to this file"""
@@ -36,7 +36,7 @@ class PlantTable(DescribedTable):
 
 @dataclass(frozen=True)
 class Lead:
-    """A variable of an FMU, and the unit that the configuration says it has; "" for its own."""
+    """A variable of an FMU, and its unit in the configuration; "" for its own."""
 
     variable: str
     unit: str
@@ -44,17 +44,7 @@ class Lead:
 
 @dataclass(frozen=True)
 class FmuSettings:
-    """An FMU in place of the built-in plant.
-
-    Attributes:
-        file: where it is.
-        inputs: its variables by the model's inputs.
-        outputs: its variables by the model's signals.
-        parameters: values of its parameters, in its own units.
-        timeout: time that one of its steps may take [s].
-        interface: the one to use; None for co-simulation where there is one.
-
-    """
+    """An FMU that replaces the built-in plant."""
 
     file: Path
     inputs: Mapping[str, Lead]
@@ -65,24 +55,24 @@ class FmuSettings:
 
 
 def fmu_settings(table: PlantTable, file: Path) -> FmuSettings | None:
-    """Return what a configuration says of an FMU; None where the built-in plant moves.
+    """Return the FMU of a configuration; None for the built-in plant.
 
     Args:
         table: as it was read.
         file: the configuration that names the FMU.
 
     Raises:
-        UserError: if a signal is unknown, or there is no FMU for what is wired.
+        UserError: if a signal is unknown, or variables are mapped without an FMU.
 
     """
     if table.fmu is None:
         if table.inputs or table.outputs or table.parameters:
             raise UserError(f'{file}: [plant] wires an FMU and names none: add fmu = "crane.fmu"')
         return None
-    for kind, given, known in (
+    for kind, given, names_known in (
         ("inputs", table.inputs, INPUTS), ("outputs", table.outputs, SIGNALS),
     ):  # fmt: skip
-        names = [q.name for q in known]
+        names = [q.name for q in names_known]
         for name in given:
             if name not in names:
                 raise UserError(
@@ -95,10 +85,10 @@ def fmu_settings(table: PlantTable, file: Path) -> FmuSettings | None:
 
 
 def _leads(given: Mapping[str, str]) -> dict[str, Lead]:
-    """Take "cylinder.s [mm]" apart; a bracket of an array's element has no space before it."""
-    found = {}
+    """Split "cylinder.s [mm]" into name and unit; an array element's bracket has no space."""
+    wired = {}
     for name, text in given.items():
         match = re.fullmatch(r"(.*?)(?:\s+\[(.+)\])?", text.strip())
         assert match is not None
-        found[name] = Lead(match[1], match[2] or "")
-    return found
+        wired[name] = Lead(match[1], match[2] or "")
+    return wired

@@ -37,24 +37,24 @@ def _field(param: Param) -> Any:
 
 @dataclass(frozen=True)
 class KnobAlone:
-    """An effect's table, in place of which its knob may stand alone."""
+    """An effect's table, for which its knob can stand."""
 
     effect: Effect
 
     @property
     def knob(self) -> QuantityReader:
-        """How the knob is read."""
+        """Reader of the knob."""
         return QuantityReader(self.effect.knob, {"off": self.effect.off})
 
     def __get_pydantic_json_schema__(
         self, core_schema: Any, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        """Return what an editor may know of the effect."""
+        """Return the description of the effect for editors."""
         e = self.effect
-        told = (f"{e.equation}: {e.words}", f"seen in: {e.signature}", f"source: {e.source}",
+        lines = (f"{e.equation}: {e.words}", f"seen in: {e.signature}", f"source: {e.source}",
                 f"{e.knob.name}: {self.knob.description}")  # fmt: skip
         whole = handler(core_schema)
-        return {"anyOf": [*self.knob.forms, whole], "description": "\n".join(told)}
+        return {"anyOf": [*self.knob.forms, whole], "description": "\n".join(lines)}
 
 
 def _effect_table(effect: Effect) -> Any:
@@ -88,7 +88,7 @@ def _in_channel_unit(effect: Effect, channel: Channel) -> Effect:
 
 
 def _base(table: str, kind: Kind) -> type[StrictTable]:
-    """Return what the model of a table builds upon."""
+    """Return the base class of a table's model."""
     if table == "valve":
         return ValveDatasheet if kind.needs.get(table) else ValveAside
     if table == "lines":
@@ -155,7 +155,7 @@ def schema(effects: tuple[Effect, ...], kind: Kind, *, on_bus: bool = False) -> 
     Args:
         effects: the catalogue.
         kind: of bench.
-        on_bus: whether it has to have nodes.
+        on_bus: whether nodes are required.
 
     """
     fields: dict[str, Any] = {

@@ -1,4 +1,4 @@
-"""What every table of a configuration has in common, and how one quantity is read."""
+"""Base of every table of a configuration, and the reader of quantities."""
 
 import math
 from collections.abc import Mapping
@@ -22,7 +22,7 @@ from hil_emulator.units import pattern, show, to_si
 
 
 class StrictTable(BaseModel):
-    """A table of a TOML file: frozen, and no key that it does not know."""
+    """A table of a TOML file: frozen, without unknown keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -35,11 +35,11 @@ class DescribedTable(StrictTable):
 
 @dataclass(frozen=True)
 class QuantityReader:
-    """How one key is read: unit, dimension and range, or a word; and how it is described.
+    """Reader of one key: unit, dimension and range, or a word; and its description.
 
     Attributes:
-        param: what it is.
-        words: values of words that may stand there in place of a quantity.
+        param: its declaration.
+        words: values of words that are allowed instead of a quantity.
 
     """
 
@@ -50,7 +50,7 @@ class QuantityReader:
         """Return the value in SI.
 
         Raises:
-            ValueError: it is none, or outside its bounds.
+            ValueError: it is not a quantity, or outside its bounds.
 
         """
         if isinstance(text, str) and text in self.words:
@@ -91,7 +91,7 @@ class QuantityReader:
 
     @property
     def forms(self) -> list[dict[str, Any]]:
-        """What may stand there, as JSON Schema: text with a unit, a plain number, a word."""
+        """Allowed values, as JSON Schema: text with a unit, a plain number, a word."""
         p = self.param
         text: dict[str, Any] = {"type": "string", "pattern": pattern(p.unit)}
         forms = [text | {"examples": [self.example]}]
@@ -114,24 +114,24 @@ class QuantityReader:
 
 
 class TableOfWays(StrictTable):
-    """A table with several ways to say one thing, of which exactly one may be taken."""
+    """A table with several ways to state a quantity, of which exactly one is allowed."""
 
     groups: ClassVar[tuple[frozenset[str], ...]]
-    """Keys that say something together."""
+    """Groups of keys that belong together."""
 
     ways: ClassVar[frozenset[tuple[int, ...]]]
-    """Each way: how many keys of every group it takes."""
+    """Number of keys of every group, per way."""
 
     wanted: ClassVar[str]
     """The ways in words."""
 
     data_sheet: ClassVar[tuple[str, ...]]
-    """Keys of the way that a data sheet goes."""
+    """Keys of the way of a data sheet."""
 
     @model_validator(mode="wrap")
     @classmethod
     def _one_way(cls, given: Any, handler: ModelWrapValidatorHandler[Any]) -> Any:
-        """Ask for one way beside whatever else is wrong, so that all is told at once."""
+        """Require one way; all mistakes are reported at once."""
         wrong = cls._no_way(given) if isinstance(given, dict) else None
         try:
             checked = handler(given)
@@ -152,5 +152,5 @@ class TableOfWays(StrictTable):
     def _no_way(cls, given: Mapping[str, Any]) -> ValueError | None:
         if tuple(len(group & given.keys()) for group in cls.groups) in cls.ways:
             return None
-        found = [key for key in given if key in frozenset().union(*cls.groups)]
-        return ValueError(f"give {cls.wanted}; found {', '.join(found) or 'none of them'}")
+        present = [key for key in given if key in frozenset().union(*cls.groups)]
+        return ValueError(f"give {cls.wanted}; found {', '.join(present) or 'none of them'}")

@@ -1,4 +1,4 @@
-"""The tables written by hand: loop, and what data sheets of valve and cylinder print."""
+"""Tables written by hand: loop, and the data sheet's values of valve and cylinder."""
 
 import math
 from typing import Annotated, ClassVar, Literal
@@ -32,7 +32,7 @@ DROP_TOTAL = Param(
 
 
 class RigTable(DescribedTable):
-    """How the loop runs: tick, step, seed of the noise, what late ticks and lost states mean."""
+    """The loop: tick, step, seed of the noise, reaction to late ticks and lost states."""
 
     tick: Annotated[float, QuantityReader(TICK)] = TICK.typical
     step: Annotated[float, QuantityReader(STEP)] = STEP.typical
@@ -60,7 +60,7 @@ class RigTable(DescribedTable):
 
 
 class ModelTable(DescribedTable):
-    """Files with effects of the user's own."""
+    """Files with effects of the user."""
 
     effects: tuple[str, ...] = ()
     """Python files that declare effects and list them in EFFECTS; paths relative to this file"""
@@ -75,7 +75,7 @@ class LinesTable(TableOfWays):
 
 
 class CylinderDatasheet(TableOfWays):
-    """The cylinder's diameters, in place of its areas."""
+    """The cylinder's diameters, which replace its areas."""
 
     groups: ClassVar = datasheet.ALTERNATIVES["cylinder"][0]
     ways: ClassVar = frozenset({(2, 0), (0, 2)})
@@ -92,13 +92,13 @@ class CylinderDatasheet(TableOfWays):
         return self
 
     def areas(self) -> dict[str, float]:
-        """Return piston area and area ratio from the diameters, where those were given."""
-        found = {}
+        """Return piston area and area ratio from the diameters, if these are given."""
+        areas_found = {}
         if self.bore is not None:
-            found["cylinder_piston_area"] = datasheet.piston_area(self.bore)
+            areas_found["cylinder_piston_area"] = datasheet.piston_area(self.bore)
         if self.bore is not None and self.rod is not None:
-            found["cylinder_area_ratio"] = datasheet.area_ratio(self.bore, self.rod)
-        return found
+            areas_found["cylinder_area_ratio"] = datasheet.area_ratio(self.bore, self.rod)
+        return areas_found
 
 
 class OneSidedCylinder(CylinderDatasheet):
@@ -110,13 +110,13 @@ class OneSidedCylinder(CylinderDatasheet):
 
 
 class CylinderAside(CylinderDatasheet):
-    """A cylinder on a bench that does not ask for one."""
+    """A cylinder on a bench that does not require one."""
 
     ways: ClassVar = OneSidedCylinder.ways | {(0, 0)}
 
 
 class ValveDatasheet(TableOfWays):
-    """The valve's nominal flow at a pressure drop, in place of its gain."""
+    """The valve's nominal flow at a pressure drop, which replaces its gain."""
 
     groups: ClassVar = datasheet.VALVE_GROUPS
     ways: ClassVar = frozenset({(1, 0, 0), (0, 2, 1)})
@@ -133,7 +133,7 @@ class ValveDatasheet(TableOfWays):
     pressure_drop_total: Annotated[float | None, QuantityReader(DROP_TOTAL)] = None
 
     def gains(self) -> dict[str, float]:
-        """Return the valve gain from the rating, where that was given."""
+        """Return the valve gain from the rating, if that is given."""
         if self.nominal_flow is None or self.rated_current is None:
             return {}
         drop = self.pressure_drop_per_edge or (self.pressure_drop_total or 0.0) / 2.0
@@ -142,7 +142,7 @@ class ValveDatasheet(TableOfWays):
 
 
 class ValveAside(ValveDatasheet):
-    """A valve on a bench that does not ask for one."""
+    """A valve on a bench that does not require one."""
 
     ways: ClassVar = ValveDatasheet.ways | {(0, 0, 0)}
 

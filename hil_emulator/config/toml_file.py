@@ -1,4 +1,4 @@
-"""A TOML file as a table, or one message about what is wrong with it."""
+"""Reading of a TOML file as a table, or one message on its error."""
 
 import re
 import tomllib
@@ -13,15 +13,15 @@ DEEPEST = 16
 
 _PART = r"""(?:[\w-]+|"[^"\n]*"|'[^'\n]*')"""
 _DOTTED = re.compile(rf"""(?<![\w."'-]){_PART}(?:[ \t]*\.[ \t]*{_PART}){{{DEEPEST}}}""")
-"""A key of more parts than that: `tomllib` needs time and memory by the square of their number."""
+"""A key with too many parts: `tomllib` needs time and memory by the square of their number."""
 
 
 def read_toml(file: Path, what: str) -> dict[str, Any]:
-    """Return what a file says.
+    """Return the content of a file.
 
     Args:
         file: the file.
-        what: it should be, for the message.
+        what: kind of the file, for the message.
 
     Raises:
         UserError: if it cannot be read, is not TOML, or nests deeper than `DEEPEST`.
@@ -34,7 +34,7 @@ def read_text(file: Path, what: str) -> str:
     """Return the text of a file.
 
     Raises:
-        UserError: if it cannot be read, is too large or no regular file.
+        UserError: if it cannot be read, is too large or not a regular file.
 
     """
     try:
@@ -50,7 +50,7 @@ def read_text(file: Path, what: str) -> str:
 
 
 def parse_toml(file: Path, text: str) -> dict[str, Any]:
-    """Return what the text of a file says.
+    """Return the content of a file's text.
 
     Raises:
         UserError: if it is not TOML, or nests deeper than `DEEPEST`.
