@@ -2,6 +2,7 @@
 
 import itertools
 import re
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ from hil_emulator.commands.replay import compare
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
+from hil_emulator.partners.protection import Protection
 from hil_emulator.platform.paths import shipped
 from hil_emulator.simulation.emulator import Emulator
 from hil_emulator.simulation.partner_factory import partners
@@ -215,3 +217,15 @@ def test_a_recording_with_partners_repeats(driven: tuple[Emulator, Bus, Any]) ->
         controller.send([command(database, 0.1 * count, count % 15)])
         emulator.run_for("10 ms")
     assert compare(emulator.recording(), emulator.config).same
+
+
+@pytest.mark.parametrize(
+    ("library", "checksum"), [("e2e", "autosar_e2e_p01"), ("crccheck", "sae_j1850")]
+)
+def test_a_missing_library_is_named(
+    monkeypatch: pytest.MonkeyPatch, library: str, checksum: str
+) -> None:
+    """Without the extra the message says what to install."""
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(UserError, match=rf"checksum {checksum} needs pip install .*\[partners\]"):
+        Protection(checksum)
