@@ -1,10 +1,14 @@
 """Messages that a partner obeys: signals that command the plant, with a time-out."""
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from cantools.database.can import Message
+from cantools.database.errors import Error as CanToolsError
 
+from hil_emulator.partners.database import limits
 from hil_emulator.partners.protection import Protection
 
 OK, TIMEOUT, WRONG_CHECKSUM = "ok", "timeout", "checksum"
@@ -69,21 +73,29 @@ class ObeyedMessage:
         return f"for {self._timeout_ns / 1e6:g} ms" if self._timeout_ns else "until the next"
 
     def receive(self, now_ns: int, data: bytes) -> None:
-        """Take the message; a shorter or damaged one changes no command."""
+        """Take the message; a shorter, damaged or undecodable one changes no command.
+
+        A value beyond the limits of its signal is saturated; one that is not finite is left out.
+        """
         if len(data) < self.message.length:
             return
         if self._protection is not None and not self._protection.accepts(data):
             self.state = WRONG_CHECKSUM
             return
-        values = self.message.decode(data[: self.message.length], decode_choices=False)
-        assert isinstance(values, dict)
+        try:
+            values: Any = self.message.decode(data[: self.message.length], decode_choices=False)
+        except (CanToolsError, KeyError):  # such as a page that the multiplexer does not have
+            return
         self.state = OK
         self._due_ns = now_ns + self._timeout_ns
-        self.commands = {
-            c.command: float(values[c.signal]) * c.factor  # type: ignore[arg-type]
-            for c in self._commands
-            if c.signal in values
-        }
+        self.commands = {**self.commands, **dict(self._obeyed(values))}
+
+    def _obeyed(self, values: Mapping[str, float]) -> Iterator[tuple[str, float]]:
+        for command in self._commands:
+            value = float(values.get(command.signal, math.nan))
+            if math.isfinite(value):
+                low, high = limits(self.message.get_signal_by_name(command.signal))
+                yield command.command, min(max(value, low), high) * command.factor
 
     def check(self, now_ns: int) -> None:
         """Let the safe values hold when the time is over."""

@@ -1,5 +1,6 @@
 """A DBC file and the messages in it."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -71,13 +72,18 @@ def raw(signal: Signal, physical: float | str) -> int | float:
     """
     if isinstance(physical, str):
         return int(signal.choice_to_number(physical))
-    low = -float("inf") if signal.minimum is None else float(signal.minimum)
-    high = float("inf") if signal.maximum is None else float(signal.maximum)
-    if low < high:
-        physical = min(max(physical, low), high)
+    low, high = limits(signal)
+    physical = min(max(physical, low), high)
     value = (physical - float(signal.offset)) / float(signal.scale)
     if signal.is_float:
         return value
     bits = signal.length - int(signal.is_signed)
     least = -(1 << bits) if signal.is_signed else 0
     return min(max(round(value), least), (1 << bits) - 1)
+
+
+def limits(signal: Signal) -> tuple[float, float]:
+    """Return the lowest and highest physical value; [0|0] in a DBC states none."""
+    low = -math.inf if signal.minimum is None else float(signal.minimum)
+    high = math.inf if signal.maximum is None else float(signal.maximum)
+    return (low, high) if low < high else (-math.inf, math.inf)

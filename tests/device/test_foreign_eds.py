@@ -334,3 +334,17 @@ def test_unknown_access_is_that_of_stock_canopen(tmp_path: Path) -> None:
     entry = dictionary.entry(0x2003)
     assert (entry.readable, entry.writable) == (stock.readable, stock.writable) == (False, True)
     assert ("2003", "AccessType") in notes(dictionary)
+
+
+MAKERS = sorted((Path(__file__).parents[2] / "configs" / "foreign").glob("*.eds"))
+
+
+@pytest.mark.parametrize("path", MAKERS, ids=lambda path: path.stem)
+def test_defaults_can_be_written_back(path: Path) -> None:
+    """Every parameter of a file without a map takes its own value, as a master restores it."""
+    node = Node(Dictionary.from_eds(path, NODE_ID), [], {})
+    dictionary = node.dictionary
+    for entry in dictionary:
+        application = entry.index >= 0x2000 and entry.writable and entry.readable
+        if application and entry.value is not None:
+            dictionary.write(entry.index, entry.subindex, entry.value)

@@ -1,7 +1,11 @@
 """Partners by DBC: cantools reads what they send, and writes what they obey."""
 
+import functools
 import itertools
+import math
 import re
+import struct
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,17 +14,24 @@ import cantools
 import pytest
 from crccheck.crc import Crc8SaeJ1850
 from e2e import p01, p02
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from hil_emulator.bus.bus import Bus
 from hil_emulator.commands.replay import compare
-from hil_emulator.config.load import load
+from hil_emulator.config.load import Configuration, load
+from hil_emulator.device.measured import Measured
 from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
+from hil_emulator.model.sensors import CHANNELS
+from hil_emulator.partners.partner import Partner
+from hil_emulator.partners.protection import Protection
 from hil_emulator.platform.paths import shipped
 from hil_emulator.simulation.emulator import Emulator
 from hil_emulator.simulation.partner_factory import partners
 
 COMMAND, STATUS = 0x100, 0x101
+CHANNEL_NAMES = [channel.name for channel in CHANNELS]
 DRIVER = shipped("configs/partners/valve_driver.dbc")
 
 DBC = """VERSION ""
@@ -73,8 +84,7 @@ def sent(emulator: Emulator, can_id: int) -> list[bytes]:
 @pytest.fixture
 def driven() -> Iterator[tuple[Emulator, Bus, Any]]:
     """Yield the machine whose valve a partner drives, a controller's bus, and its database."""
-    files = [shipped("configs/hyq_knee.toml"), shipped("configs/partners.toml")]
-    with Emulator(load(files)) as emulator, Bus(emulator.bus) as controller:
+    with Emulator(examples()) as emulator, Bus(emulator.bus) as controller:
         yield emulator, controller, cantools.database.load_file(DRIVER)
 
 
@@ -215,3 +225,106 @@ def test_a_recording_with_partners_repeats(driven: tuple[Emulator, Bus, Any]) ->
         controller.send([command(database, 0.1 * count, count % 15)])
         emulator.run_for("10 ms")
     assert compare(emulator.recording(), emulator.config).same
+
+
+@pytest.mark.parametrize(
+    ("library", "checksum"), [("e2e", "autosar_e2e_p01"), ("crccheck", "sae_j1850")]
+)
+def test_a_missing_library_is_named(
+    monkeypatch: pytest.MonkeyPatch, library: str, checksum: str
+) -> None:
+    """Without the extra the message says what to install."""
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(UserError, match=rf"checksum {checksum} needs pip install .*\[partners\]"):
+        Protection(checksum)
+
+
+SOURCES_DBC = """VERSION ""
+
+BU_: a
+
+BO_ 512 Values: 8 a
+ SG_ Ramp : 0|16@1- (0.5,0) [-100|100] "" b
+ SG_ Table : 16|16@1- (1,0) [0|0] "" b
+ SG_ File : 32|16@1- (1,0) [0|0] "" b
+ SG_ Constant : 48|8@1+ (2,-40) [-40|100] "degC" b
+
+BO_ 513 Command: 5 b
+ SG_ Page M : 0|8@1+ (1,0) [0|1] "" a
+ SG_ Current m0 : 8|32@1- (1,0) [-5|5] "mA" a
+SIG_VALTYPE_ 513 Current : 1;
+"""
+SOURCES = """
+[[partner]]
+name = "a"
+dbc = "pump.dbc"
+[partner.signals]
+"Values.Ramp" = { ramp = [-500, 20], time = "10 ms" }
+"Values.Table" = { table = [["0 s", 3], ["5 ms", 8]] }
+"Values.File" = { file = "file.csv", column = "level" }
+"Values.Constant" = { constant = "30 degC", unit = "1 degC" }
+"Command.Current" = "valve_current"
+[partner.messages]
+Values = { cycle = "5 ms" }
+"""
+
+
+@pytest.fixture
+def sources(tmp_path: Path) -> Partner:
+    """Return a partner with a signal of each kind of source, and a command of a REAL."""
+    (tmp_path / "pump.dbc").write_text(SOURCES_DBC)
+    (tmp_path / "file.csv").write_text("time,level\n0,1\n0.005,11\n")
+    (tmp_path / "layer.toml").write_text(SOURCES)
+    config = load([shipped("configs/hyq_knee.toml"), tmp_path / "layer.toml"])
+    (partner,) = partners(config, ["supply_pressure"])
+    return partner
+
+
+def test_signals_follow_ramps_tables_files_and_constants(sources: Partner) -> None:
+    """As objects of nodes by EDS do; beyond the limits of the signal they are saturated."""
+    database = cantools.database.load_string(SOURCES_DBC, "dbc")
+    shown = []
+    for ms in (0, 5, 10):
+        (frame,) = sources.publish(ms * 1_000_000, Measured([0.0], [0]))
+        shown.append(database.decode_message(0x200, frame.data))
+    assert [v["Ramp"] for v in shown] == [-100, -100, 20]
+    assert [v["Table"] for v in shown] == [3, 8, 8]
+    assert [v["File"] for v in shown] == [1, 11, 11]
+    assert [v["Constant"] for v in shown] == [30, 30, 30]
+
+
+def obeyed(partner: Partner, data: bytes) -> float:
+    """Return the current after a command."""
+    return partner.receive(0, [Frame(0x201, data)])["valve_current"]
+
+
+def test_a_command_is_saturated_and_finite(sources: Partner) -> None:
+    """5 mA at most; what is no number, of another page or too short changes nothing."""
+    assert obeyed(sources, struct.pack("<Bf", 0, 2.0)) == pytest.approx(2e-3)
+    for data in (struct.pack("<Bf", 0, math.nan), struct.pack("<Bf", 7, 1.0), b"\0", b""):
+        assert obeyed(sources, data) == pytest.approx(2e-3)
+    assert obeyed(sources, struct.pack("<Bf", 0, math.inf)) == pytest.approx(2e-3)
+    assert obeyed(sources, struct.pack("<Bf", 0, 9.0)) == pytest.approx(5e-3)
+
+
+@functools.cache
+def examples() -> Configuration:
+    """Return the reference machine with both partners that come with the package."""
+    return load([shipped("configs/hyq_knee.toml"), shipped("configs/partners.toml")])
+
+
+ANYTHING = st.tuples(st.integers(0, 0x1FFF_FFFF), st.binary(max_size=8), st.booleans())
+
+
+@given(st.lists(ANYTHING, max_size=20))
+@settings(deadline=None, max_examples=60)
+def test_no_frame_ends_a_partner(frames: list[tuple[int, bytes, bool]]) -> None:
+    """Whatever comes, the partners of the examples go on and command finite values."""
+    for partner in partners(examples(), CHANNEL_NAMES):
+        for ms, (can_id, data, extended) in enumerate(frames):
+            number = can_id if extended else can_id & 0x7FF
+            tuned = (0x1CEC8090, 0x1CEB8090, 0x18EA8090, 0x18EEFF80, 0x100)[ms % 5]
+            arriving = [Frame(number, data, False, extended), Frame(tuned, data, False, ms % 5 < 4)]
+            commands = partner.receive(ms * 1_000_000, arriving)
+            assert all(math.isfinite(value) for value in commands.values())
+            partner.publish(ms * 1_000_000, Measured([0.0] * len(CHANNEL_NAMES), [0]))

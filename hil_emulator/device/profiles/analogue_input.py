@@ -140,13 +140,14 @@ class AnalogueInput:
         self._status.value = status
 
     def check(self, entry: Entry, value: Any) -> None:
-        """Refuse a wrong signature (0800 0020), an unknown unit or equal points (0609 0030)."""
+        """Refuse a wrong signature (0800 0020), another unit or equal points (0609 0030)."""
         if entry.index in SIGNATURES:
             if value != SIGNATURES[entry.index]:
                 raise SdoAbort(AbortCode.CANNOT_BE_STORED)
         elif entry.index == PHYSICAL_UNIT:
             unit = si_unit(int(value))
-            if unit is None or unit[0] != self.field.unit:
+            unlike = unit is None or unit[0] != self.field.unit
+            if unlike and value != entry.default:
                 raise SdoAbort(AbortCode.INVALID_VALUE)
         elif entry.index in (FIELD_1, FIELD_2):
             other = self._field_2 if entry is self._field_1 else self._field_1
