@@ -23,15 +23,15 @@ ENDINGS = (*formats.ENDINGS, SUFFIX, *log_endings.SUFFIXES)
 
 @dataclass(frozen=True)
 class Meaning:
-    """What the user says of the data.
+    """Statements of the user about the data.
 
     Attributes:
-        databases: DBC files that say what captured frames mean.
-        sheets: EDS and DCF files that do.
+        databases: DBC files with the meaning of captured frames.
+        sheets: EDS and DCF files with the meaning of captured frames.
         node_ids: node-IDs of those that are EDS files, in their order.
-        names: channel by the name that the data have for it, where they differ.
-        headings: names and units of the columns of files that do not tell.
-        rated_current: what 100 % of a set point that is a share are [A].
+        names: channel by its name in the data, if that differs.
+        headings: names and units of the columns of files without a header.
+        rated_current: current of a set point of 100 % [A].
 
     """
 
@@ -48,15 +48,15 @@ def experiments(files: Sequence[Path], config: Configuration, meaning: Meaning) 
 
     Args:
         files: tables, journals and captures.
-        config: its nodes say what captured frames mean, where nothing else does.
-        meaning: what the user says of the data.
+        config: its nodes give captured frames their meaning by default.
+        meaning: statements of the user about the data.
 
     Raises:
         UserError: if a file cannot be used.
 
     """
     carriers, sync_id = _carriers(files, config, meaning)
-    found: list[Experiment] = []
+    experiments_read: list[Experiment] = []
     for file in files:
         ending = file.suffix.lower()
         if ending in log_endings.SUFFIXES:
@@ -65,14 +65,14 @@ def experiments(files: Sequence[Path], config: Configuration, meaning: Meaning) 
 
             digest = digest_of(file)
             table = capture.read(file, carriers, sync_id, meaning.rated_current)
-            found += experiments_of(recording(file, table, digest))
+            experiments_read += experiments_of(recording(file, table, digest))
         elif ending == SUFFIX:
-            found += experiments_of(_journal(file, config))
+            experiments_read += experiments_of(_journal(file, config))
         elif ending in formats.ENDINGS:
-            found += experiments_of(read(file, meaning.names, meaning.headings))
+            experiments_read += experiments_of(read(file, meaning.names, meaning.headings))
         else:
             raise UserError(f"{file}: unknown ending; recorded data end in {', '.join(ENDINGS)}")
-    return found
+    return experiments_read
 
 
 def pairs(options: Sequence[str]) -> dict[str, str]:
@@ -82,40 +82,40 @@ def pairs(options: Sequence[str]) -> dict[str, str]:
         UserError: for one without "=".
 
     """
-    found = {}
+    by_name = {}
     for text in options:
         channel, equals, name = text.partition("=")
         if not equals or not name.strip():
             raise UserError(f"--channel {text}: write CHANNEL=NAME, such as position=CylPos")
-        found[name.strip()] = channel.strip()
-    return found
+        by_name[name.strip()] = channel.strip()
+    return by_name
 
 
 def _carriers(
     files: Sequence[Path], config: Configuration, meaning: Meaning
 ) -> tuple[list[Carrier], int]:
-    """Return what captured frames mean, and the identifier of SYNC."""
+    """Return the meaning of captured frames, and the identifier of SYNC."""
     if not any(file.suffix.lower() in log_endings.SUFFIXES for file in files):
         return [], 0
     # slow to import, too
     from hil_emulator.captures import by_database, by_dictionary
     from hil_emulator.simulation.node_factory import nodes
 
-    found = [c for f in meaning.databases for c in by_database.from_file(f, meaning.names)]
-    found += by_dictionary.from_files(meaning.sheets, meaning.node_ids)
+    carriers = [c for f in meaning.databases for c in by_database.from_file(f, meaning.names)]
+    carriers += by_dictionary.from_files(meaning.sheets, meaning.node_ids)
     made = nodes(config, [channel.name for channel in CHANNELS])
     sync_id = by_dictionary.sync_id(made[0].dictionary) if made else by_dictionary.SYNC
-    if not found and not made:
+    if not carriers and not made:
         raise UserError(
             f"{config.files[-1]}: no [[node]] says what captured frames mean; name a --dbc or --eds"
         )
-    if not found:
-        found = [c for n in made for c in by_dictionary.carriers(n.dictionary, n.pdos)]
-    return found, sync_id
+    if not carriers:
+        carriers = [c for n in made for c in by_dictionary.carriers(n.dictionary, n.pdos)]
+    return carriers, sync_id
 
 
 def _journal(file: Path, config: Configuration) -> MeasuredFile:
-    """Read a journal; refuse a model that would feed one actuator what a pump gave to several."""
+    """Read a journal; refuse effects of a supply that it shared with other actuators."""
     kept = journal.read(file)
     columns = (
         LogColumn(name, kept.units[name] or "1", values) for name, values in kept.table().items()
@@ -124,10 +124,10 @@ def _journal(file: Path, config: Configuration) -> MeasuredFile:
     mates = ", ".join(kept.header.get("supply_mates", ()))
     if not mates:
         return measured
-    if told := supply_effects(config):
+    if effects := supply_effects(config):
         raise UserError(
             f"{file}: was recorded on a supply shared with {mates}, whose flow is not in it: leave "
-            f"{', '.join(told)} out of the configuration; what the pump did is in the measured "
+            f"{', '.join(effects)} out of the configuration; what the pump did is in the measured "
             "supply_pressure"
         )
     note = (
