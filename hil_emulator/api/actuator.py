@@ -66,8 +66,7 @@ class ActuatorModel:
 
         Returns:
             A row for each tick, indexed by the time [s] at which it began; columns as in a
-                recording, SI.
-            `attrs["units"]` has their units, `attrs["digest"]` the configuration's.
+            recording, SI. `attrs["units"]` has their units, `attrs["digest"]` the configuration's.
 
         Raises:
             UserError: for a wrong quantity or input, or a state that is not finite.
