@@ -89,9 +89,10 @@ FORMATS = (
     ),
 )  # fmt: skip
 
-_BY_ENDING = {ending: form for form in FORMATS for ending in form.endings}
+BY_ENDING = {ending: form for form in FORMATS for ending in form.endings}
+"""The format of each ending."""
 
-ENDINGS = tuple(_BY_ENDING)
+ENDINGS = tuple(BY_ENDING)
 
 
 def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
@@ -108,7 +109,7 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
     """
     input_files.check(file, input_files.LOG)
     ending = file.suffix.lower()
-    if ending not in _BY_ENDING:
+    if ending not in BY_ENDING:
         raise UserError(f"{file}: unknown ending; a table of columns ends in {', '.join(ENDINGS)}")
-    chosen = _BY_ENDING[ending]
+    chosen = BY_ENDING[ending]
     return chosen.read(file, headings) if chosen.takes_headings else chosen.read(file)
