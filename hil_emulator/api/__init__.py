@@ -1,1 +1,1 @@
-"""The package from Python: what `import hil_emulator as hil` offers, and the commands stand on."""
+"""The Python interface, `import hil_emulator as hil`, which the commands use too."""

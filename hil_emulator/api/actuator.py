@@ -1,4 +1,4 @@
-"""An actuator as it is configured: simulated, linearised, changed."""
+"""A configured actuator: simulation, linearisation, changes."""
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
@@ -32,8 +32,8 @@ Quantity = str | float
 """A number with its unit, such as "3 mA", or a number in SI."""
 
 Course = Quantity | ArrayLike | Callable[[float], float]
-"""What an input does: stay at a quantity; take a value for each tick, SI; follow a function of the
-time [s], SI."""
+"""Course of an input: a constant quantity, a value for each tick (SI), or a function of the time
+[s] (SI)."""
 
 SPAN = "span"
 """Unit of a sensor effect's parameter: its channel's."""
@@ -43,11 +43,11 @@ _UNITS = {q.name: q.unit for q in INPUTS}
 
 @dataclass(frozen=True)
 class ActuatorModel:
-    """A configured actuator; what changes it returns another one.
+    """A configured actuator; its methods return changed copies.
 
     Attributes:
-        name: for people.
-        config: everything its files say, checked, SI.
+        name: for reports.
+        config: its checked configuration, SI.
 
     """
 
@@ -57,11 +57,11 @@ class ActuatorModel:
     def simulate(
         self, current: Course = 0.0, duration: Quantity | None = None, **inputs: Course
     ) -> "pandas.DataFrame":
-        """Return what the actuator does and its sensors report, without a bus between.
+        """Return the signals and readings of a simulation without a bus.
 
         Args:
             current: of the valve [A].
-            duration: how long [s]; that of an array without it.
+            duration: of the simulation [s]; by default that of an array.
             inputs: further inputs of the plant, such as `external_force`.
 
         Returns:
@@ -69,7 +69,7 @@ class ActuatorModel:
             recording, SI. `attrs["units"]` has their units, `attrs["digest"]` the configuration's.
 
         Raises:
-            UserError: for a wrong quantity or input, or if the model loses its state.
+            UserError: for a wrong quantity or input, or a state that is not finite.
 
         """
         tick = self.config.tick_ns * 1e-9
@@ -95,10 +95,10 @@ class ActuatorModel:
             current: valve current [A]; with 0 at rest.
 
         Raises:
-            UserError: if nothing is in equilibrium there.
+            UserError: if there is no equilibrium.
 
         """
-        # slow to import, and few ask for it
+        # slow to import, and rarely used
         from hil_emulator.api.linear_model import linearised
 
         place = None if position is None else si("position", position, "m")
@@ -112,11 +112,11 @@ class ActuatorModel:
         Args:
             name: of the effect.
             value: of its knob; the typical one without it.
-            channel: whose effect it is, for one of the sensors.
+            channel: of the sensor, for an effect of a sensor.
             shape: its other parameters.
 
         Raises:
-            UserError: for an unknown effect, or what is wrong with a value.
+            UserError: for an unknown effect or a wrong value.
 
         """
         effect = _effect(self.config.effects, name)
@@ -129,9 +129,9 @@ class ActuatorModel:
         knob = effect.knob
         span, of = (c.span, c.unit) if (c := _channel(channel)) else (1.0, "")
         typical = knob.typical * (span if SPAN in knob.unit else 1.0)
-        said = {knob.name: typical if value is None else value, **shape}
+        settings = {knob.name: typical if value is None else value, **shape}
         units = {p.name: p.unit.replace(SPAN, of) for p in effect.params}
-        pairs = ", ".join(f"{n} = {_written(v, units.get(n, '1'))}" for n, v in said.items())
+        pairs = ", ".join(f"{n} = {_written(v, units.get(n, '1'))}" for n, v in settings.items())
         table = ".".join(filter(None, (effect.stage.table, channel)))
         return self.with_layer(f"[{table}]\n{name} = {{ {pairs} }}\n", f"with_effect({name})")
 
@@ -175,11 +175,11 @@ class ActuatorModel:
 
 
 def load(*what: str | Path, actuator: str = "") -> ActuatorModel:
-    """Return an actuator by the names or files that describe it, later ones over earlier ones.
+    """Return an actuator by its names or files, later ones over earlier ones.
 
     Args:
-        what: names of what comes with the package, see `machines`, or paths of files (TOML).
-        actuator: which one, of a machine of several.
+        what: names of the package, see `machines`, or paths of files (TOML).
+        actuator: its name in a machine of several.
 
     Raises:
         UserError: for an unknown name, or with every mistake in the files.
@@ -192,13 +192,13 @@ def load(*what: str | Path, actuator: str = "") -> ActuatorModel:
         return ActuatorModel(files[0].stem, load_one(files))
     several = {a.name: a.config for a in load_machine(files).actuators}
     if actuator not in several:
-        known = " or ".join(f'actuator="{name}"' for name in several)
-        raise UserError(f"{files[0]}: has several actuators; name one, {known}")
+        choices = " or ".join(f'actuator="{name}"' for name in several)
+        raise UserError(f"{files[0]}: has several actuators; name one, {choices}")
     return ActuatorModel(actuator, several[actuator])
 
 
 def machines() -> list[str]:
-    """Return the names of the machines that come with the package."""
+    """Return the names of the machines of the package."""
     return list(packaged(Purpose.MACHINE))
 
 
@@ -209,10 +209,10 @@ def _channel(name: str) -> Channel | None:
         UserError: lists the channels that there are.
 
     """
-    known = {channel.name: channel for channel in CHANNELS}
-    if name and name not in known:
-        raise UserError(f"no channel '{brief(name)}'; there are {', '.join(known)}")
-    return known.get(name)
+    channels = {channel.name: channel for channel in CHANNELS}
+    if name and name not in channels:
+        raise UserError(f"no channel '{brief(name)}'; there are {', '.join(channels)}")
+    return channels.get(name)
 
 
 def _effect(effects: Sequence[Effect], name: str) -> Effect:
@@ -223,7 +223,7 @@ def _effect(effects: Sequence[Effect], name: str) -> Effect:
 
 
 def _shown(knob: Param, value: float, channel: Channel | None) -> str:
-    """Return a knob's value for people; that of a sensor in the unit of its channel."""
+    """Return a knob's value as text; that of a sensor in the unit of its channel."""
     if channel is None or knob.unit != SPAN:
         return show(value, knob.unit, knob.shown)
     return show(value, channel.unit, channel.shown)
@@ -240,7 +240,7 @@ def si(name: str, value: Quantity, unit: str) -> float:
     """Return a quantity in a unit.
 
     Raises:
-        UserError: if it is none of that dimension; names what it is for.
+        UserError: if it has another dimension; names its purpose.
 
     """
     try:

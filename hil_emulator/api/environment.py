@@ -19,22 +19,22 @@ STEPS = 400
 """Actions of an episode: 2 s (assumed)."""
 
 _REACH = 2.0
-"""Largest share of its range that an observation tells: the rest is cut off (assumed)."""
+"""Largest observation as a share of its range; larger values are clipped (assumed)."""
 
 _MIDDLE = (0.2, 0.8)
 """Shares of the stroke between which the target lies (assumed)."""
 
 
 class Reaching(gymnasium.Env[Observation, NDArray[np.float32]]):
-    """Move the rod of an actuator to a position that is drawn anew each time.
+    """Move the rod of an actuator to a random position.
 
-    An action is the valve current over the largest one. An observation is what the sensors report,
-    over the machine's own ranges: position and target over the stroke, both pressures over that of
-    the supply, load force over the supply's on the piston. The reward of a step is minus the
-    distance from the target over the stroke.
+    An action is the valve current over the largest one. An observation is the readings over the
+    machine's ranges: position and target over the stroke, both pressures over the supply pressure,
+    load force over the force of the supply pressure on the piston. The reward of a step is minus
+    the distance from the target over the stroke.
 
     Args:
-        machine: the actuator; HyQ's knee without one.
+        machine: the actuator; by default HyQ's knee.
         largest_current: the valve current of the action 1, SI or with its unit.
 
     """
@@ -72,7 +72,7 @@ class Reaching(gymnasium.Env[Observation, NDArray[np.float32]]):
     def step(
         self, action: NDArray[np.float32]
     ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Let an action last for `TICKS` ticks."""
+        """Apply an action for `TICKS` ticks."""
         current = float(np.clip(action[0], -1.0, 1.0)) * self._current
         for _ in range(TICKS):
             self._alone.step(valve_current=current)
@@ -82,12 +82,12 @@ class Reaching(gymnasium.Env[Observation, NDArray[np.float32]]):
     def _observed(self) -> Observation:
         read = self._alone.readings
         shares = [read[name] / largest for name, largest in self._ranges.items()]
-        told = np.array([*shares, self._target / self._stroke], np.float32)
-        return np.clip(told, -_REACH, _REACH)
+        observation = np.array([*shares, self._target / self._stroke], np.float32)
+        return np.clip(observation, -_REACH, _REACH)
 
 
 def register() -> None:
-    """Make the environments known to Gymnasium, which calls this itself."""
+    """Register the environments with Gymnasium, which calls this itself."""
     gymnasium.register(
         "hil_emulator/Knee-v0", entry_point="hil_emulator.api.environment:Reaching",
         max_episode_steps=STEPS,

@@ -36,21 +36,21 @@ if TYPE_CHECKING:
 
 RESULT, LAYER, PAGE, TRACES = "result.json", "identified.toml", "report.html", "traces.npz"
 OUTPUTS = (RESULT, LAYER, EFFECT_FILE, PAGE, TRACES)
-"""Names of all files that `identify` and `gap` may write into their folder."""
+"""Names of all files that `identify` and `gap` write into their folder."""
 
 MEASURED = ("agrees", "disagrees")
-"""Verdicts of `gap`, which does not search: it calls nothing unknown."""
+"""Verdicts of `gap`, which does not search."""
 
 _NOTHING_SAID = Meaning()
 
 
 @dataclass(frozen=True)
 class Identification:
-    """What `gap` measured or `identify` found.
+    """Result of `gap` or `identify`.
 
     Attributes:
-        actuator: what the logs were held against.
-        result: everything, as the report and `result.json` have it.
+        actuator: the configured one.
+        result: the content of the report and of `result.json`.
 
     """
 
@@ -64,14 +64,14 @@ class Identification:
 
     @property
     def missing(self) -> dict[str, Finding]:
-        """The effects that the configuration lacks, by name, the first found first."""
+        """The missing effects by name, in the order of the search."""
         return {finding.name: finding for finding in self.result.effects}
 
     def improved(self) -> ActuatorModel:
-        """Return the actuator with what was found, and the ordinary parameters as refitted.
+        """Return the actuator with the missing effects and the refitted ordinary parameters.
 
         Raises:
-            UserError: if a part of it is a table of its own, which has to be saved first.
+            UserError: if a part of it is a table in a file, which has to be saved first.
 
         """
         if self.result.added is not None:
@@ -80,10 +80,10 @@ class Identification:
         return self.actuator.with_layer(text, LAYER)
 
     def plot(self) -> Picture:
-        """Return measurement and models where they disagree most.
+        """Return a picture of measurement and models where they disagree most.
 
         Raises:
-            UserError: if nothing could be examined.
+            UserError: if the data could not be examined.
 
         """
         if not self.result.traces:
@@ -101,7 +101,7 @@ class Identification:
         """Write result.json, identified.toml and report.html into a folder, all or none.
 
         Args:
-            folder: made where it is missing.
+            folder: created if it is missing.
             overwrite: whether files of an earlier result are replaced.
 
         Raises:
@@ -114,13 +114,13 @@ class Identification:
         write_texts(files, overwrite=overwrite)
 
     def __repr__(self) -> str:
-        told = [self.verdict, *headline(self.result)]
-        return "\n".join([*told, *(f"missing {finding}" for finding in self.result.effects)])
+        lines = [self.verdict, *headline(self.result)]
+        return "\n".join([*lines, *(f"missing {finding}" for finding in self.result.effects)])
 
     def _repr_html_(self) -> str:
-        told = "".join(f"<p>{escape(sentence)}</p>" for sentence in headline(self.result))
+        sentences = "".join(f"<p>{escape(sentence)}</p>" for sentence in headline(self.result))
         items = "".join(f"<li>{escape(str(finding))}</li>" for finding in self.result.effects)
-        return f"<h4>{escape(self.verdict.replace('_', ' '))}</h4>{told}<ul>{items}</ul>"
+        return f"<h4>{escape(self.verdict.replace('_', ' '))}</h4>{sentences}<ul>{items}</ul>"
 
 
 def gap(
@@ -130,12 +130,12 @@ def gap(
     """Measure where logs and an actuator's configuration disagree.
 
     Args:
-        actuator: what should describe the machine.
+        actuator: the configured one.
         logs: files in any format of `identify`, or tables, see `reading.as_experiments`.
-        validate: logs that take no part in refitting ordinary parameters.
+        validate: held-out logs, which are not used to refit ordinary parameters.
         jobs: threads.
-        set_points: what the current did between the rows of a log slower than the controller:
-            "held", "moves", or "unknown", which asks the readings.
+        set_points: course of the current between the rows of a log slower than the controller:
+            "held", "moves", or "unknown", which estimates it from the readings.
 
     Raises:
         UserError: if a log cannot be used.
@@ -153,11 +153,11 @@ def identify(
     """Name the physical effects that logs show and the configuration lacks.
 
     Args:
-        actuator: what should describe the machine.
+        actuator: the configured one.
         logs: see `gap`.
-        validate: logs that take no part in the fit.
-        only: effects that may be named; all without any.
-        exclude: effects that may not.
+        validate: held-out logs, which are not used for the fit.
+        only: effects that may be named; by default all.
+        exclude: effects that may not be named.
         jobs: threads.
         tell: takes progress in words, such as `print`.
         set_points: see `gap`.
@@ -171,7 +171,7 @@ def identify(
 
 
 def findings(result: Result, configs: Sequence[Path]) -> dict[str, str]:
-    """Return what a program reads on, by the name of its file."""
+    """Return the results for programs, by the name of the file."""
     texts = {
         RESULT: json.dumps(result.to_dict(), indent=2, ensure_ascii=False),
         LAYER: layer(result, configs, today()),
@@ -189,17 +189,17 @@ def examined(
     tell: Callable[[str], None] = lambda _: None, jobs: int = 1, meaning: Meaning = _NOTHING_SAID,
     cluster: str = "",
 ) -> Identification:  # fmt: skip
-    """Hold logs against an actuator; see `gap`, `identify` and `session.identify`.
+    """Compare logs with an actuator; see `gap`, `identify` and `session.identify`.
 
     Args:
-        actuator: what should describe the machine.
+        actuator: the configured one.
         logs: files or tables.
-        validate: logs that take no part in the fit.
-        question: what to look for.
+        validate: held-out logs, which are not used for the fit.
+        question: task of the search.
         tell: takes progress in words.
         jobs: threads.
-        meaning: what is known of the files.
-        cluster: address of a Dask scheduler in place of threads.
+        meaning: statements about the files.
+        cluster: address of a Dask scheduler, which replaces threads.
 
     Raises:
         UserError: if a log cannot be used, an effect is unknown or the cluster is lost.

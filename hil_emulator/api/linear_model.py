@@ -45,7 +45,7 @@ class LinearModel:
 
     @property
     def operating_point(self) -> str:
-        """The signals that tell where the model is linear, in words."""
+        """The operating point in words."""
         at = self.exact.signals
         return (
             f"x {at['position'] * 1e3:.2f} mm, v {at['velocity'] * 1e3:.2f} mm/s, "
@@ -99,7 +99,7 @@ def linearised(config: Configuration, position: float | None, current: float) ->
     """Return every form of the linear model of a configured actuator.
 
     Raises:
-        UserError: if the position lies outside the stroke or nothing is in equilibrium there.
+        UserError: if the position is outside the stroke or there is no equilibrium.
 
     """
     stroke = config.plant["cylinder_stroke"]

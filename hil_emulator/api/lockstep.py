@@ -1,4 +1,4 @@
-"""The whole rig, nodes and bus included, with a controller in its loop."""
+"""The whole rig with nodes and bus, and a controller in its loop."""
 
 import dataclasses
 from pathlib import Path
@@ -20,17 +20,17 @@ _CURRENT = "valve_current"
 
 
 class LockstepRig(Emulator):
-    """An actuator with its CANopen nodes, in lock-step with whoever calls `step`.
+    """An actuator with its CANopen nodes, in lock-step with the caller of `step`.
 
     The first tick, in which the nodes boot, has passed; in the next one they are OPERATIONAL. CAN
     controllers of this process join with `can.Bus(**rig.bus)`.
 
     Args:
-        machine: the actuator, or the name or file of one.
-        seed: of the sensor noise; that of the configuration without one.
+        machine: the actuator, or its name or file.
+        seed: of the sensor noise; by default that of the configuration.
 
     Raises:
-        UserError: if it has no nodes, or for what is wrong with its files.
+        UserError: if it has no nodes, or for errors in its files.
 
     """
 
@@ -47,8 +47,8 @@ class LockstepRig(Emulator):
         """Let one tick pass and return the signals after it.
 
         Args:
-            current: the set point of the valve current, SI or with its unit; the one before, or
-                what CAN says, without it.
+            current: the set point of the valve current, SI or with its unit; None keeps the one
+                before, or that of CAN.
 
         Raises:
             UserError: for a current that the node refuses.
@@ -56,12 +56,12 @@ class LockstepRig(Emulator):
         """
         if current is not None:
             value = setting(_CURRENT, current) if isinstance(current, str) else float(current)
-            self.rig.set(_CURRENT, value)  # before the tick in which the nodes obey it
+            self.rig.set(_CURRENT, value)  # before the tick in which the nodes apply it
         self.tick()
         return self.signals
 
     def table(self) -> "pandas.DataFrame":
-        """Return everything since the start, as `ActuatorModel.simulate` does."""
+        """Return the recording since the start, as `ActuatorModel.simulate` does."""
         return recorded(self.recorder.rows(), machine=self.name, digest=self.config.digest)
 
     def __enter__(self) -> Self:

@@ -26,19 +26,19 @@ ENDINGS = (*formats.ENDINGS, SUFFIX, *log_endings.SUFFIXES)
 
 @dataclass(frozen=True)
 class Meaning:
-    """What the user says of the data.
+    """Statements of the user about the data.
 
     Attributes:
-        databases: DBC files that say what captured frames mean.
-        sheets: EDS and DCF files that do.
+        databases: DBC files with the meaning of captured frames.
+        sheets: EDS and DCF files with the meaning of captured frames.
         node_ids: node-IDs of those that are EDS files, in their order.
-        names: channel by the name that the data have for it, where they differ.
-        units: unit by the name that the data have, where they state none.
-        headings: names and units of the columns of files that do not tell.
+        names: channel by its name in the data, if that differs.
+        units: unit by the name in the data, if the data state none.
+        headings: names and units of the columns of files without a header.
         set_point_first: whether the current of a table's row acted before its readings; None where
-            the file says it, or nothing does.
-        rated_current: what 100 % or the full scale of a set point is [A].
-        full_scale: what a set point is at the rated current [V].
+            the file states it, or nothing does.
+        rated_current: current of a set point of 100 % or full scale [A].
+        full_scale: set point at the rated current [V].
         bus: channel of captures whose frames count; None for all.
 
     """
@@ -60,23 +60,23 @@ def experiments(files: Sequence[Path], config: Configuration, meaning: Meaning) 
 
     Args:
         files: tables, journals and captures, which may be compressed (.gz).
-        config: its nodes say what captured frames mean, where nothing else does.
-        meaning: what the user says of the data.
+        config: its nodes give captured frames their meaning by default.
+        meaning: statements of the user about the data.
 
     Raises:
         UserError: if a file cannot be used.
 
     """
     described = functools.cache(lambda: _carriers(config, meaning))
-    found: list[Experiment] = []
+    experiments_read: list[Experiment] = []
     for file in files:
         if file.suffix.lower() == SUFFIX:
-            found += experiments_of(_journal(file, config))
+            experiments_read += experiments_of(_journal(file, config))
             continue
         digest = digest_of(file)
         with plain(file) as inner:
-            found += experiments_of(_measured(file, inner, digest, described, meaning))
-    return found
+            experiments_read += experiments_of(_measured(file, inner, digest, described, meaning))
+    return experiments_read
 
 
 def _measured(
@@ -136,41 +136,41 @@ def pairs(options: Sequence[str]) -> tuple[dict[str, str], dict[str, str]]:
         UserError: for one without "=".
 
     """
-    found, units = {}, {}
+    by_name, units = {}, {}
     for text in options:
         channel, equals, name = text.partition("=")
         if not equals or not name.strip():
             raise UserError(f'--channel {text}: write CHANNEL=NAME, such as "position=CylPos [mm]"')
         plain, unit = label(name)
-        found[plain] = channel.strip()
+        by_name[plain] = channel.strip()
         if unit is not None:
             units[plain] = unit
-    return found, units
+    return by_name, units
 
 
 def _carriers(config: Configuration, meaning: Meaning) -> tuple[list[Carrier], int]:
-    """Return what captured frames mean, and the identifier of SYNC."""
+    """Return the meaning of captured frames, and the identifier of SYNC."""
     # slow to import, too
     from hil_emulator.captures import by_database, by_dictionary
     from hil_emulator.simulation.node_factory import nodes
 
-    found = [
+    carriers = [
         c for f in meaning.databases for c in by_database.from_file(f, meaning.names, meaning.units)
     ]
-    found += by_dictionary.from_files(meaning.sheets, meaning.node_ids)
+    carriers += by_dictionary.from_files(meaning.sheets, meaning.node_ids)
     made = nodes(config, [channel.name for channel in CHANNELS])
     sync_id = by_dictionary.sync_id(made[0].dictionary) if made else by_dictionary.SYNC
-    if not found and not made:
+    if not carriers and not made:
         raise UserError(
             f"{config.files[-1]}: no [[node]] says what captured frames mean; name a --dbc or --eds"
         )
-    if not found:
-        found = [c for n in made for c in by_dictionary.carriers(n.dictionary, n.pdos)]
-    return found, sync_id
+    if not carriers:
+        carriers = [c for n in made for c in by_dictionary.carriers(n.dictionary, n.pdos)]
+    return carriers, sync_id
 
 
 def _journal(file: Path, config: Configuration) -> MeasuredFile:
-    """Read a journal; refuse a model that would feed one actuator what a pump gave to several."""
+    """Read a journal; refuse effects of a supply that it shared with other actuators."""
     kept = journal.read(file)
     columns = (
         LogColumn(name, kept.units[name] or "1", values) for name, values in kept.table().items()
@@ -179,10 +179,10 @@ def _journal(file: Path, config: Configuration) -> MeasuredFile:
     mates = ", ".join(kept.header.get("supply_mates", ()))
     if not mates:
         return measured
-    if told := supply_effects(config):
+    if effects := supply_effects(config):
         raise UserError(
             f"{file}: was recorded on a supply shared with {mates}, whose flow is not in it: leave "
-            f"{', '.join(told)} out of the configuration; what the pump did is in the measured "
+            f"{', '.join(effects)} out of the configuration; what the pump did is in the measured "
             "supply_pressure"
         )
     note = (

@@ -22,7 +22,7 @@ class Picture:
 
         Args:
             file: the picture's file.
-            overwrite: whether it is replaced where it exists.
+            overwrite: whether an existing file is replaced.
 
         Raises:
             UserError: if it exists or cannot be written.

@@ -26,7 +26,7 @@ def read(file: str | Path) -> "pandas.DataFrame":
 
     Returns:
         A table indexed by the time [s]; known channels in SI, others in the unit of the file.
-        `attrs["units"]` has the units, `attrs["events"]` of a recording what was done to the rig.
+        `attrs["units"]` has the units, `attrs["events"]` of a recording the actions on the rig.
 
     Raises:
         UserError: if it cannot be read.
@@ -37,7 +37,7 @@ def read(file: str | Path) -> "pandas.DataFrame":
         kept = journal.read(path)
         about = {"provenance": kept.provenance, "events": kept.events, SET_POINT_FIRST: True}
         return frame(kept.rows, kept.units, name=path.name, **about)
-    digest_of(path)  # says what is wrong with a file that is not there
+    digest_of(path)  # reports a missing file
     table = formats.read(path)
     if any(column.time is not None for column in table.columns):
         raise UserError(f"{path}: its channels have clocks of their own; give it to identify as is")
@@ -50,11 +50,11 @@ def read(file: str | Path) -> "pandas.DataFrame":
 
 
 def as_experiments(table: "pandas.DataFrame", number: int) -> list[Experiment]:
-    """Return what a table holds, as `identify` takes it.
+    """Return a table as an experiment for `identify`.
 
     Args:
-        table: its index, or a column of that name, is the time. Units stand in `attrs["units"]`,
-            or in the names of the columns: "position [mm]".
+        table: its index, or a column of that name, is the time. Units are in `attrs["units"]`, or
+            in the names of the columns: "position [mm]".
         number: of the table, to name one that has no `attrs["name"]`.
 
     Raises:
@@ -81,7 +81,7 @@ def _in_si(file: Path, column: LogColumn) -> LogColumn:
     unit = KNOWN[column.name]
     try:
         scale, offset = scale_and_offset(unit, column.unit)
-    except Exception:  # pint answers a wrong or unknown unit with many kinds of exception
+    except Exception:  # pint raises many kinds of exception for a wrong or unknown unit
         raise UserError(
             f"{file}: column {column.name}: {column.unit} is no unit of {unit}"
         ) from None

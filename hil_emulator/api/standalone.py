@@ -1,4 +1,4 @@
-"""An actuator and its sensors without bus and nodes: what a current does to it."""
+"""An actuator and its sensors without bus and nodes."""
 
 import numpy as np
 
@@ -17,7 +17,7 @@ class StandAlone:
 
     Args:
         config: of a whole actuator.
-        seed: of the sensor noise; that of the configuration without one.
+        seed: of the sensor noise; by default that of the configuration.
 
     Attributes:
         plant: the actuator.
@@ -35,10 +35,10 @@ class StandAlone:
         self.now_ns = 0
 
     def step(self, **inputs: float) -> None:
-        """Let a tick pass with inputs of the plant, SI; those that are not named stay.
+        """Let a tick pass with inputs of the plant, SI; others keep their values.
 
         Raises:
-            NotFiniteError: if the model has lost its state.
+            NotFiniteError: if a state is not finite.
 
         """
         self.plant.command(inputs)
@@ -50,7 +50,7 @@ class StandAlone:
 
     @property
     def readings(self) -> dict[str, float]:
-        """What the sensors report, SI."""
+        """The readings of the sensors, SI."""
         return dict(zip(self._sensors.names, self._sensors.reading.tolist(), strict=True))
 
     def row(self) -> Vector:

@@ -1,4 +1,4 @@
-"""Tables of signals with their units: pandas, and xarray where that is wanted."""
+"""Tables of signals with their units: pandas, and xarray if required."""
 
 import importlib
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ UNITS = "units"
 """Key of the units by column in a table's `attrs`."""
 
 SET_POINT_FIRST = "set_point_first"
-"""Key that tells whether a row's set point had acted before its readings were taken."""
+"""Key that states whether a row's set point had acted before its readings were taken."""
 
 
 def frame(values: Any, units: Mapping[str, str], **about: Any) -> "pandas.DataFrame":
@@ -43,7 +43,7 @@ def recorded(rows: Any, **about: Any) -> "pandas.DataFrame":
 
 
 def to_xarray(table: "pandas.DataFrame") -> "xarray.Dataset":
-    """Return a table of this package as a data set whose variables know their units.
+    """Return a table of this package as a data set whose variables have their units.
 
     Raises:
         UserError: if xarray is not installed.
@@ -55,8 +55,8 @@ def to_xarray(table: "pandas.DataFrame") -> "xarray.Dataset":
     for name in (TIME, *table.columns):
         made[name].attrs["units"] = units.get(name, "")
     made.attrs.update({key: value for key, value in table.attrs.items() if key != UNITS})
-    found: xarray.Dataset = made
-    return found
+    dataset: xarray.Dataset = made
+    return dataset
 
 
 def _module(name: str) -> Any:

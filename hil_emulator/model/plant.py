@@ -87,8 +87,7 @@ class Supply:
 
         Returns:
             A function of the last arguments of `Kernel.report`, which returns `NOT_FINITE` without
-                a report
-            if a state is not finite. None if one call cannot do both.
+            a report if a state is not finite. None if one call cannot do both.
 
         """
         if not self.built_in or self.kernel.actuators > 1:

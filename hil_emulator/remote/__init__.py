@@ -1,1 +1,1 @@
-"""Remote control of a running emulator: HTTP and JSON on this machine, beside the loop."""
+"""Remote control of a running emulator: HTTP and JSON on this machine, by a separate process."""

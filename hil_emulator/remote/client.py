@@ -1,4 +1,4 @@
-"""The other end of the remote control: one request, one answer."""
+"""Client of the remote control: one request, one answer."""
 
 import json
 import urllib.error
@@ -14,7 +14,7 @@ def request(port: int, method: str, path: str, body: dict[str, Any] | None = Non
     """Return the answer of an emulator that runs with `--control`.
 
     Raises:
-        UserError: if none answers at that port, or with what it refuses.
+        UserError: if no emulator answers at that port, or with the reason of a refusal.
 
     """
     call = urllib.request.Request(

@@ -1,7 +1,8 @@
-"""The loop's end of the remote control: answers requests between ticks, never waits for one.
+"""The loop's part of the remote control: answers requests between ticks, without waiting.
 
-Requests come as lines of JSON. Answers go as `marshal` carries plain values, each behind its length
-(4 bytes, little-endian): the loop formats nothing, and only the process that it started reads it.
+Requests come as lines of JSON. Answers are plain values as `marshal` encodes them, each after its
+length (4 bytes, little-endian). The loop formats nothing, and only the process that it started
+reads them.
 """
 
 import contextlib
@@ -25,27 +26,27 @@ CONTROL = (
     "remote control",
     "ctl and requests over HTTP get no answer; start the run again with --control",
 )
-"""Name of the process that speaks HTTP, and what is lost with it."""
+"""Name of the process that serves HTTP, and the loss if it fails."""
 
 
 class ControlServer:
-    """Starts the server's process and answers what it asks.
+    """Starts the server's process and answers its requests.
 
     Args:
         port: TCP port on 127.0.0.1; 0 takes any free one.
-        program: the server's module; gets the port, the descriptor of the line to this process and
-            those that it shares as arguments.
-        handlers: what can be asked; `rig_requests()` without any.
-        shared: descriptors that the server inherits besides.
-        briefing: what it is told first, where it asks for that.
-        role: name of the process, and what is lost with it; see `HelperProcess`.
+        program: the server's module; its arguments are the port, the descriptor of the line to this
+            process and the shared ones.
+        handlers: of the requests; by default `rig_requests()`.
+        shared: further descriptors that the server inherits.
+        briefing: its first message, if it needs one.
+        role: name of the process, and the loss if it fails; see `HelperProcess`.
 
     Attributes:
         port: the port in use.
         process: the server's process.
 
     Raises:
-        UserError: if the port cannot be listened on.
+        UserError: if the port cannot be opened.
 
     """
 
@@ -77,10 +78,10 @@ class ControlServer:
         self._socket.setblocking(False)
 
     def serve(self, rig: Controlled) -> None:
-        """Answer the requests that have come."""
+        """Answer the pending requests."""
         try:
             data = self._socket.recv(_CHUNK)
-        except OSError:  # nothing has come, or the server has gone
+        except OSError:  # no request, or the server has ended
             data = b""
         self._pending += data
         *lines, self._pending = self._pending.split(b"\n")
@@ -88,11 +89,11 @@ class ControlServer:
             answer = marshal.dumps(answer_to(line, rig, self._handlers))
             self._unsent += len(answer).to_bytes(LENGTH_BYTES, "little") + answer
         if self._unsent:
-            with contextlib.suppress(OSError):  # the server reads it later, or is gone
+            with contextlib.suppress(OSError):  # the server reads it later, or has ended
                 del self._unsent[: self._socket.send(self._unsent)]
 
     def close(self) -> None:
-        """End the server; it sees that the line is cut."""
+        """End the server, which notices the closed line."""
         self._socket.close()
         self.process.close()
 
@@ -108,7 +109,7 @@ class ControlServer:
 
 
 def answer_to(line: bytes, rig: Controlled, handlers: Handlers) -> Plain:
-    """Do what a request asks for; return its answer as plain values, or the reason as "error"."""
+    """Handle a request; return its answer as plain values, or the reason as "error"."""
     number = None
     with answering() as reply:
         content = json_object(line)

@@ -1,7 +1,7 @@
-"""The process beside the loop that speaks HTTP: one local port, JSON, no other origins.
+"""The process that serves HTTP: one local port, JSON, no other origins.
 
 A web page of another origin cannot use it: a request with a foreign `Origin` or `Host` is refused,
-and a body has to be declared as JSON, which a foreign page may not send without being asked.
+and a body must be declared as JSON, for which a browser needs a permission that is not given.
 """
 
 import json
@@ -28,7 +28,7 @@ from hil_emulator.remote.loop_line import LoopLine
 
 HOST = "127.0.0.1"
 _LARGEST = 1 << 16  # bytes of a body
-_IDLE_S = 10.0  # a client that says nothing for so long is left (assumed)
+_IDLE_S = 10.0  # a silent client is disconnected after this time (assumed)
 _FAULT = re.compile(r"/faults/(\d{1,18})", re.ASCII)
 
 ROUTES: Mapping[tuple[str, str], type[Request]] = {
@@ -44,7 +44,7 @@ names as its query."""
 
 
 class Handler(BaseHTTPRequestHandler):
-    """Turns a request into a question to the loop."""
+    """Passes a request to the loop."""
 
     line: LoopLine
     server_version = "hil-emulator"
@@ -53,7 +53,7 @@ class Handler(BaseHTTPRequestHandler):
     timeout = _IDLE_S
 
     def do_GET(self) -> None:
-        """Answer a request; of every method that has a route."""
+        """Answer a request of any method with a route."""
         path, _, query = self.path.partition("?")
         fault = _FAULT.fullmatch(path)
         verb = ROUTES.get((self.command, "/faults/NUMBER" if fault else path))
@@ -72,7 +72,7 @@ class Handler(BaseHTTPRequestHandler):
     do_POST = do_PUT = do_DELETE = do_GET  # noqa: N815 - the names that http.server looks for
 
     def send_error(self, code: int, message: str | None = None, explain: str | None = None) -> None:
-        """Refuse what is no request, or one of a method that is not served."""
+        """Refuse an invalid request, or another method."""
         if code == HTTPStatus.NOT_IMPLEMENTED:
             code, message = HTTPStatus.METHOD_NOT_ALLOWED, "there are GET, POST, PUT and DELETE"
         elif code == HTTPStatus.HTTP_VERSION_NOT_SUPPORTED:  # the client's mistake, not a failure
@@ -81,7 +81,7 @@ class Handler(BaseHTTPRequestHandler):
         self._say(HTTPStatus(code), {"error": message or HTTPStatus(code).phrase})
 
     def log_message(self, format: str, *args: Any) -> None:  # noqa: A002
-        """Say nothing: the terminal is the emulator's."""
+        """Print nothing: the terminal belongs to the emulator."""
 
     def _ask_with_body(self, verb: type[Request]) -> None:
         if self.headers.get_content_type() != "application/json":
@@ -105,11 +105,11 @@ class Handler(BaseHTTPRequestHandler):
         self._say(HTTPStatus.BAD_REQUEST if failed else HTTPStatus.OK, reply.content)
 
     def _is_local(self) -> bool:
-        """Tell whether the request is from no web page, or from one of this very server."""
-        own = {f"{name}:{self.server.server_port}" for name in (HOST, "localhost")}  # type: ignore[attr-defined]
+        """Return whether the request is from no web page, or from one of this server."""
+        hosts = {f"{name}:{self.server.server_port}" for name in (HOST, "localhost")}  # type: ignore[attr-defined]
         origin = self.headers.get("Origin")
-        return self.headers.get("Host") in own and (
-            origin is None or origin in {f"http://{name}" for name in own}
+        return self.headers.get("Host") in hosts and (
+            origin is None or origin in {f"http://{name}" for name in hosts}
         )
 
     def _say(self, status: HTTPStatus, answer: Mapping[str, Any]) -> None:
@@ -123,13 +123,13 @@ class Handler(BaseHTTPRequestHandler):
 
 
 class Server(ThreadingHTTPServer):
-    """A thread for each connection; a client that has gone is nobody's news."""
+    """A thread for each connection; a closed connection is not reported."""
 
     daemon_threads = True
     request_queue_size = 128  # of a burst of clients (assumed)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Say nothing of a connection that broke."""
+        """Ignore a broken connection."""
         if not isinstance(sys.exception(), OSError):
             super().handle_error(request, client_address)
 

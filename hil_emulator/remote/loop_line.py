@@ -1,4 +1,4 @@
-"""The line to the loop, at the server process: one request at a time, answers formatted here."""
+"""The line to the loop in a server process: one request at a time; answers are formatted here."""
 
 import contextlib
 import itertools
@@ -55,18 +55,18 @@ class LoopLine:
         with self._lock:
             number = next(self._numbers)
             line = request.model_copy(update={"id": number}).model_dump_json(by_alias=True)
-            with contextlib.suppress(BrokenPipeError):  # it has ended, and that is its answer
+            with contextlib.suppress(BrokenPipeError):  # the loop has ended
                 self._loop.sendall(line.encode() + b"\n")
             try:
                 while (answer := self._answers.get(timeout=_ANSWER_S)).pop("id", number) != number:
-                    pass  # too late for the request that it answers
+                    pass  # a late answer to an earlier request
             except queue.Empty:
                 reason = f"the emulator's loop has not answered for {_ANSWER_S:g} s"
                 raise UserError(reason) from None
             return answer
 
     def _listen(self) -> None:
-        """Collect answers until the loop is gone."""
+        """Collect answers until the loop has ended."""
         with contextlib.suppress(OSError), self._loop.makefile("rb") as stream:
             while size := stream.read(LENGTH_BYTES):
                 self._answers.put(marshal.loads(stream.read(int.from_bytes(size, "little"))))

@@ -1,4 +1,4 @@
-"""How the loop answers requests that act on the rig, with plain values that others format."""
+"""Handlers of requests on the rig in the loop, with plain values that others format."""
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial

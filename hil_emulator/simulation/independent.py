@@ -21,8 +21,7 @@ def parts(settings: MachineSettings, processes: int) -> list[MachineSettings]:
 
     Returns:
         The parts, with the actuators in the order of the machine; the machine itself if it cannot
-            be
-        divided.
+        be divided.
 
     """
     groups = sorted(_connected(settings.actuators), key=len, reverse=True)

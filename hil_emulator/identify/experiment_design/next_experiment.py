@@ -117,7 +117,7 @@ def recommend(
 
     Returns:
         None without a forecast: no valve drives the rod, there is no fit, or the user interrupts
-            it.
+        it.
 
     """
     predictor, final = searcher.fitter.predictor, search.final
