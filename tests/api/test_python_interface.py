@@ -94,6 +94,7 @@ def test_a_small_step_is_what_the_linear_model_says(knee: hil.Actuator) -> None:
     assert np.max(np.abs(velocity - wanted)) < 0.03 * np.max(np.abs(wanted))
 
 
+@pytest.mark.slow
 def test_inputs_follow_quantities_arrays_and_functions(knee: hil.Actuator) -> None:
     """Three ways to say the same current give the same table, and its units are stated."""
     said = knee.simulate("1 mA", "20 ms")
@@ -105,6 +106,7 @@ def test_inputs_follow_quantities_arrays_and_functions(knee: hil.Actuator) -> No
     assert hil.to_xarray(said)["position"].attrs["units"] == "m"
 
 
+@pytest.mark.slow
 def test_an_effect_changes_another_actuator(knee: hil.Actuator) -> None:
     """The effect is on in what is returned, and off in what it was asked of."""
     leaky = knee.with_effect(*EFFECT)
@@ -156,6 +158,7 @@ def test_a_rig_in_lock_step_obeys_the_controller_of_its_loop(
     assert again.attrs["units"] == table.attrs["units"]
 
 
+@pytest.mark.slow
 def test_a_linear_model_shows_itself(knee: hil.Actuator) -> None:
     """It is the command's, with a picture and a table for a notebook."""
     model = knee.linearise(position="30 mm", current="1 mA")

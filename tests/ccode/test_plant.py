@@ -127,6 +127,7 @@ def test_noise_has_the_stated_deviation(in_c: CompiledPlant, model: Kernel) -> N
     assert abs(normal.std() - 1.0) < 4.0 / np.sqrt(2.0 * normal.size)
 
 
+@pytest.mark.slow
 def test_single_precision_keeps_what_its_documentation_says(model: Kernel) -> None:
     """Half a second of a moving rod: each channel within a thousandth of its span."""
     try:

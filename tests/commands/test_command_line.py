@@ -192,6 +192,7 @@ def test_bench_tells_how_long_it_takes_to_find_an_effect() -> None:
     assert min(found["alone_mb"], found["shared_mb"]) > 50.0
 
 
+@pytest.mark.slow
 def test_run_records_what_it_did(tmp_path: Path) -> None:
     """A run of 0.2 s leaves 200 rows with units and provenance, equal in CSV and NPZ."""
     for ending in ("csv", "npz"):
@@ -213,6 +214,7 @@ def test_run_records_what_it_did(tmp_path: Path) -> None:
         np.testing.assert_allclose(stored["pressure_a"], values, rtol=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ends", ["off", "1e8 N/m"])
 def test_a_rod_that_leaves_its_stroke_is_told(ends: str, layer: Callable[[str], Path]) -> None:
     """Pulled by its load a rod without stops goes on, which the summary says; stops hold it."""

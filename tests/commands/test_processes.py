@@ -70,6 +70,7 @@ def alive(number: int) -> bool:
         return False
 
 
+@pytest.mark.slow
 def test_recordings_are_those_of_one_process(pair: Path, tmp_path: Path) -> None:
     """Signals, frames and a fault's effect are the same, bit for bit, in one process or two."""
     for count in (1, 2):

@@ -163,6 +163,7 @@ def test_a_short_circuit_is_reported_a_broken_wire_is_not() -> None:
     assert codes(run("coil", "open")) == []
 
 
+@pytest.mark.slow
 def test_shut_off_valves_that_close_hold_the_rod() -> None:
     """The rod moves with its valve, stays where it is while the lines are shut, and goes on."""
     valves = {"shut_off_valves_closing_time": 0.02}

@@ -19,6 +19,7 @@ import time
 import warnings
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -131,8 +132,9 @@ def main() -> int:
     given = parser.parse_args()
     logging.disable(logging.CRITICAL)  # libraries log what they refuse
     warnings.simplefilter("ignore")
-    formats.NAMED[".mat"] = partial(in_a_fork, "matlab")
-    formats.OTHERS[".mf4"] = partial(in_a_fork, "measurement_data")
+    for ending, name in ((".mat", "matlab"), (".mf4", "measurement_data")):
+        read = partial(in_a_fork, name)
+        formats.BY_ENDING[ending] = replace(formats.BY_ENDING[ending], read=read)
     begin = time.monotonic()
     study = Study(given.seed, frozenset(filter(None, given.without.split(","))))
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, resource.getrlimit(resource.RLIMIT_AS)[1]))

@@ -1,5 +1,8 @@
 """Whatever a file holds, its reader reads it or says in one message why not."""
 
+import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -46,3 +49,13 @@ def test_two_thousand_mutants() -> None:
 def test_a_file_that_once_was_a_traceback(reader: Reader, file: Path) -> None:
     """Each is refused now."""
     assert not attempt(reader, file)
+
+
+@pytest.mark.slow
+def test_a_campaign_goes_on_where_it_was_stopped(tmp_path: Path) -> None:
+    """Its counts are in its file; a second run adds the cases that are left."""
+    state = tmp_path / "campaign.json"
+    for cases in (10, 25):
+        command = (sys.executable, "-m", "tests.fuzz.campaign", "--without", "nbi,nbc")
+        subprocess.run([*command, "--cases", str(cases), "--state", state], check=True)
+        assert json.loads(state.read_text())["done"] == cases

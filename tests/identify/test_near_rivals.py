@@ -62,6 +62,7 @@ def trial(name: str, delta_chi2: float, fit: Fit) -> Trial:
     return Trial(scored(name, delta_chi2), fit, evidence, 1.0)
 
 
+@pytest.mark.slow
 def test_a_pump_that_brings_a_state_is_found_in_the_place_of_one_without(
     pumped: tuple[Fitter, Search, Round],
 ) -> None:

@@ -1,9 +1,12 @@
 """A record of a second shows too much by chance."""
 
+import pytest
+
 from hil_emulator.identify.session import identify
 from tests.identify.rig_data import CACHE, knee, recorded
 
 
+@pytest.mark.slow
 def test_a_second_names_nothing() -> None:
     """Even a leakage that is there is only suspected; the reason says for how long to record."""
     found = identify(

@@ -103,6 +103,7 @@ def test_loops_serve_every_model(model: PlantModel) -> None:
     assert all(getattr(other, name) is getattr(known, name) for name in loops)
 
 
+@pytest.mark.slow
 def test_code_is_loaded_only_for_many_steps(
     model: PlantModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -147,6 +147,7 @@ def test_while_a_rod_creeps_friction_counts_by_its_secant() -> None:
     assert np.median(secants) < 0.2 * np.median(tangents)
 
 
+@pytest.mark.slow
 def test_where_a_chamber_empties_each_change_is_tried() -> None:
     """A heavy load that is stopped empties chambers: pressures there go on as Radau finds.
 

@@ -92,6 +92,7 @@ def test_the_walk_is_short() -> None:
     assert 0 < len(set(WALK)) == len(WALK) <= MOST
 
 
+@pytest.mark.slow
 def test_the_walk_is_in_the_order_of_a_run(run: tuple[list[str], dict[str, Any]]) -> None:
     """A log that is identified passes each of its files, first entered in that order."""
     files, _ = run

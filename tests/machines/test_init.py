@@ -126,6 +126,7 @@ def test_a_wrong_answer_is_refused_with_the_way_out(
     assert not file.exists()
 
 
+@pytest.mark.slow
 def test_every_prompt_may_be_answered_wrongly_once(tmp_path: Path) -> None:
     """A wrong answer is told and asked for again; Enter takes the usual one."""
     wrong = {

@@ -126,6 +126,7 @@ def measured_friction(velocity: float, strength: float) -> float:
     return strength * math.copysign(np.interp(abs(velocity), *TABLE), velocity)
 
 
+@pytest.mark.slow
 def test_a_law_may_look_into_a_table() -> None:
     """For that numba makes arrays; code for what acts may hold such a law as well."""
     cache = cache_folder()

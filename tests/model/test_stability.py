@@ -94,6 +94,7 @@ def test_a_cylinder_without_configured_stops_needs_no_smaller_step(
     assert required_step(model, values) == pytest.approx(REACH / fastest, rel=0.02)
 
 
+@pytest.mark.slow
 def test_joints_of_a_leg_are_one_system(two_actuators: Kernel) -> None:
     """Both rods on their stops: K over the least eigenvalue of a double pendulum's mass matrix.
 

@@ -5,6 +5,8 @@ import resource
 import signal
 from pathlib import Path
 
+import pytest
+
 from tests.panel.bench import Page, running, visit
 from tests.processes import child
 
@@ -15,6 +17,7 @@ ROOM = (1 << 16, MEMORY)
 """Room for the header of a recording, and some ticks."""
 
 
+@pytest.mark.slow
 def test_a_page_shows_what_has_failed(tmp_path: Path) -> None:
     """A killed remote control, a recording that the disk has no room for, a killed scenario.
 

@@ -203,6 +203,7 @@ def test_the_end_of_the_emulator_is_told_and_a_second_one_has_a_port_of_its_own(
         visit(second, watch)
 
 
+@pytest.mark.slow
 def test_the_timing_of_the_loop_is_told(bench: Bench) -> None:
     """How long its ticks took in the last seconds: half of them, nearly all, the longest."""
 

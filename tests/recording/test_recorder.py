@@ -261,6 +261,7 @@ def test_an_old_recording_survives_a_writer_that_dies(tmp_path: Path) -> None:
         b.rig.recorder = recorder
         b.ticks(64)
         until(lambda: journal_of([file]).stat().st_size > 0)
+        until(lambda: len(read(journal_of([file])).rows) > 0)
         os.kill(recorder.writer.pid, signal.SIGKILL)
         with pytest.raises(UserError):
             recorder.close()

@@ -248,6 +248,7 @@ def test_it_is_off_unless_asked_for(port: int) -> None:
     assert "control" not in result.stdout
 
 
+@pytest.mark.slow
 def test_a_port_in_use_is_one_message(port: int) -> None:
     """The second emulator at the same port says so and ends."""
     process = start(str(port))

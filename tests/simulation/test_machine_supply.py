@@ -121,6 +121,7 @@ def test_the_supply_droops_further_when_both_move(write: Write, assembled: Assem
     assert lowest[1] < lowest[0] - 5e5 < 155e5
 
 
+@pytest.mark.slow
 def test_both_sensors_of_supply_pressure_read_the_shared_one(
     write: Write, assembled: Assembled
 ) -> None:

@@ -48,6 +48,7 @@ def test_each_mistake_fails_the_tests_that_are_about_it(controller: str, tmp_pat
     assert failed == EXPECTED[controller]
 
 
+@pytest.mark.slow
 def test_a_wrong_sign_fails_all_that_moves(tmp_path: Path) -> None:
     """The rod runs away: every test of motion fails."""
     failed, _ = examples("backwards", tmp_path / "digests")

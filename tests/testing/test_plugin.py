@@ -67,6 +67,7 @@ def test_a_missing_configuration_is_one_clear_message(tmp_path: Path) -> None:
     assert "nowhere.toml: no such file" in text
 
 
+@pytest.mark.slow
 def test_the_example_of_the_pages_passes(tmp_path: Path) -> None:
     """As it is printed there, with the machine that the templates beside it name."""
     page = (Path(__file__).parents[2] / "docs/continuous_integration.md").read_text()

@@ -90,9 +90,10 @@ FORMATS = (
     ),
 )  # fmt: skip
 
-_BY_ENDING = {ending: form for form in FORMATS for ending in form.endings}
+BY_ENDING = {ending: form for form in FORMATS for ending in form.endings}
+"""The format of each ending."""
 
-ENDINGS = tuple(_BY_ENDING)
+ENDINGS = tuple(BY_ENDING)
 
 _BEGINNINGS = {
     b"MDF     ": ".mf4", b"UnFinMF ": ".mf4", b"LabVIEW Measurement": ".lvm", b"TDSm": ".tdms",
@@ -115,9 +116,9 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
     """
     input_files.check(file, input_files.LOG)
     ending = _ending(file)
-    if ending not in _BY_ENDING:
+    if ending not in BY_ENDING:
         raise UserError(f"{file}: unknown ending; a table of columns ends in {', '.join(ENDINGS)}")
-    chosen = _BY_ENDING[ending]
+    chosen = BY_ENDING[ending]
     return chosen.read(file, headings) if chosen.takes_headings else chosen.read(file)
 
 
