@@ -97,15 +97,23 @@ def _names(signal: Any) -> dict[float, str]:
     """Return the words that a value table has for values, by value."""
     scaled = signal.conversion.raw_to_scaled
     choices = signal.choices or {}
-    return {float(scaled(raw, decode_choices=False)): str(name) for raw, name in choices.items()}
+    return {_number(scaled(raw, decode_choices=False)): str(n) for raw, n in choices.items()}
 
 
 def _range(signal: Any) -> tuple[float, float]:
     """Return the stated minimum and maximum, half a digit wider; infinite where there is none."""
-    half = 0.5 * abs(float(signal.scale))
-    low, high = (-math.inf if signal.minimum is None else float(signal.minimum) - half,
-                 math.inf if signal.maximum is None else float(signal.maximum) + half)  # fmt: skip
+    half = 0.5 * abs(_number(signal.scale))
+    low = -math.inf if signal.minimum is None else _number(signal.minimum) - half
+    high = math.inf if signal.maximum is None else _number(signal.maximum) + half
     return low, high
+
+
+def _number(value: float) -> float:
+    """Return a number; infinity for an integer beyond those."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
 
 
 def _channel(name: str, unit: str) -> str:

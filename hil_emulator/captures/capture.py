@@ -42,10 +42,10 @@ def read(
     kind = frame_log.kind_of(file)
     texts = text_frames.is_one(file, kind)
     frames = text_frames.read(file, kind) if texts else list(frame_log.captured(file))
-    found = explained(file, frames, carriers, sync_id, channel)
+    result = explained(file, frames, carriers, sync_id, channel)
     if kind != "table":
-        return found
-    return replace(found, notes=("a table of frames, a row for each", *found.notes))
+        return result
+    return replace(result, notes=("a table of frames, a row for each", *result.notes))
 
 
 def explained(

@@ -79,15 +79,15 @@ def _by_cantools(lines: Lines) -> Iterator[Captured]:
     parser = Parser(tz=UTC)
     for line in lines:
         plain = _DIRECTION.sub(r"\1", line.rstrip("\r\n"), count=1)
-        found = parser.parse(plain)
-        if found is None:
+        entry = parser.parse(plain)
+        if entry is None:
             if plain.strip() and not plain.lstrip().startswith(REMARKS) and "ERROR" not in plain:
                 raise ValueError(line)
             continue
-        if found.timestamp is None:
+        if entry.timestamp is None:
             raise lines.trouble("has no time; log with candump -L, or show times with -t z")
-        frame = Frame(found.frame_id, found.data, found.is_remote_frame, found.is_extended_frame)
-        yield Captured(_nanoseconds(found.timestamp), frame, found.channel)
+        frame = Frame(entry.frame_id, entry.data, entry.is_remote_frame, entry.is_extended_frame)
+        yield Captured(_nanoseconds(entry.timestamp), frame, entry.channel)
 
 
 def _nanoseconds(time: datetime | timedelta) -> int:

@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 from rigs import reference
 
-from hil_emulator.api.logs import Meaning, experiments, pairs
+from hil_emulator.api.logs import Meaning, experiments
 from hil_emulator.errors import UserError
 from hil_emulator.platform.paths import shipped
+
+NAMES = {"Pa": "pressure_a", "CylPos": "position"}
+"""Channels by the names of the foreign database."""
 
 SAMPLES = 300
 TIME = np.arange(SAMPLES) * 2e-3
@@ -57,7 +60,7 @@ def described(folder: Path) -> Path:
 def test_a_foreign_dbc_with_names_of_its_own(tmp_path: Path) -> None:
     """Names are told with --channel, percent with --rated-current; the set point acts at once."""
     meaning = Meaning(
-        databases=[described(tmp_path)], names=pairs(["pressure_a=Pa", "position=CylPos"]),
+        databases=[described(tmp_path)], names=NAMES,
         rated_current=0.010,
     )  # fmt: skip
     (read,) = experiments([capture(tmp_path / "run.blf")], reference(), meaning)
@@ -78,7 +81,7 @@ def test_what_is_missing_is_asked_for(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="--rated-current"):
         experiments([file], reference(), Meaning(databases=[dbc], names={"CylPos": "position"}))
     dbc.write_text(DBC.replace("valve_current", "Ventil"))
-    with pytest.raises(UserError, match="--channel position=NAME"):
+    with pytest.raises(UserError, match=r'--channel "position=NAME'):
         experiments([file], reference(), Meaning(databases=[dbc]))
     dbc.write_text("no database at all")
     with pytest.raises(UserError, match="not a usable database"):
@@ -150,7 +153,7 @@ def test_a_signal_beyond_its_frame_is_named(tmp_path: Path, old: str, new: str) 
     """In either byte order: the message says which signal, where it ends and how long the frame."""
     file = described(tmp_path)
     file.write_text(file.read_text().replace(old, new))
-    meaning = Meaning(databases=[file], names=pairs(["pressure_a=Pa", "position=CylPos"]))
+    meaning = Meaning(databases=[file], names=NAMES)
     with pytest.raises(
         UserError, match=r"machine\.dbc: .* signal \w+ of message Sensors ends with"
     ):
@@ -163,7 +166,7 @@ def test_frames_shorter_than_described_lack_a_signal(tmp_path: Path) -> None:
     text = file.read_text().replace("Sensors: 8", "Sensors: 16")
     counter = ' SG_ sample_counter : 64|16@1+ (1,0) [0|0] "" PLC\n'
     file.write_text(text.replace(" SG_ Kind", counter + " SG_ Kind"))
-    names = pairs(["pressure_a=Pa", "position=CylPos"])
+    names = NAMES
     meaning = Meaning(databases=[file], names=names, rated_current=0.01)
     (found,) = experiments([capture(tmp_path / "log.asc")], reference(), meaning)
     assert found.samples == SAMPLES
@@ -177,7 +180,7 @@ def test_frames_that_no_multiplexer_knows_hold_nothing(tmp_path: Path) -> None:
     file.write_text(
         text.replace("SG_ Pa :", "SG_ Pa m3 :").replace("SG_ CylPos :", "SG_ CylPos m3 :")
     )
-    meaning = Meaning(databases=[file], names=pairs(["pressure_a=Pa", "position=CylPos"]))
+    meaning = Meaning(databases=[file], names=NAMES)
     with pytest.raises(UserError, match=r"log\.asc"):
         experiments([capture(tmp_path / "log.asc")], reference(), meaning)
 
@@ -191,9 +194,7 @@ def test_a_night_and_a_wrong_time_in_a_capture(tmp_path: Path) -> None:
             times = [TIME[k] + (28_800.0 if k >= 100 else 0.0), *([4e8] if k == 150 else [])]
             for time in times:
                 log(can.Message(time, 2364540158 & 0x1FFFFFFF, True, data=data, channel=0))
-    meaning = Meaning(
-        databases=[described(tmp_path)], names=pairs(["pressure_a=Pa", "position=CylPos"])
-    )
+    meaning = Meaning(databases=[described(tmp_path)], names=NAMES)
     first, second = experiments([file], reference(), meaning)
     assert (first.samples, second.samples) == (100, SAMPLES - 100)
     np.testing.assert_allclose(second.readings["position"][:3], [41e-3, 41.01e-3, 41.02e-3])
@@ -204,6 +205,6 @@ def test_a_factor_beyond_numbers_gives_no_values(tmp_path: Path) -> None:
     """A signal whose values no float can hold is in no frame."""
     file = described(tmp_path)
     file.write_text(file.read_text().replace("(0.0001,10)", f"({'9' * 400},0)"))
-    meaning = Meaning(databases=[file], names=pairs(["pressure_a=Pa", "position=CylPos"]))
+    meaning = Meaning(databases=[file], names=NAMES)
     with pytest.raises(UserError, match=r"log\.asc"):
         experiments([capture(tmp_path / "log.asc")], reference(), meaning)

@@ -48,9 +48,9 @@ def channel_columns(
         units: unit by name, as the user states it.
 
     """
-    known = [_stated(c, names, units) for c in columns]
-    taken = {c.name for c in known if c.name in KNOWN}
-    return [c if c.name in KNOWN else _alike(c, taken) for c in known]
+    stated = [_stated(c, names, units) for c in columns]
+    taken = {c.name for c in stated if c.name in KNOWN}
+    return [c if c.name in KNOWN else _alike(c, taken) for c in stated]
 
 
 def near(names: Sequence[str], missing: Sequence[str]) -> dict[str, str]:

@@ -153,7 +153,10 @@ def _named(file: Path, columns: tuple[LogColumn, ...], stated: Stated) -> list[L
             raise UserError(f"{file}: no column is called {theirs}; its columns are "
                             f"{_listed(columns)}")  # fmt: skip
     named = channel_columns(columns, stated.names, stated.units)
-    return [stated.current(c) if c.name == SET_POINT else c for c in named]
+    try:
+        return [stated.current(c) if c.name == SET_POINT else c for c in named]
+    except UserError as error:
+        raise UserError(f"{file}: {error}") from None
 
 
 def _in_si(file: Path, column: LogColumn) -> Array:
