@@ -53,7 +53,14 @@ def made() -> set[str]:
     copied = re.findall(r"--copy (\w+)", text)
     shown = re.findall(r"^```(?:\w+\n# |\{file\} )(\w+\.\w+)", text, re.M)
     names = re.findall(r"(?:--(?:out|record)|hil-emulator init) ([\w./]+)", text)
-    return {"log.csv", *shown, *names, *(f.name for c in copied for f in with_named(packaged()[c]))}
+    return {
+        "log.csv",
+        "log.mat",
+        "run.blf",
+        *shown,
+        *names,
+        *(f.name for c in copied for f in with_named(packaged()[c])),
+    }
 
 
 MADE = made()

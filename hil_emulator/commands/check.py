@@ -28,7 +28,6 @@ from hil_emulator.simulation.active_effects import acting_together
 from hil_emulator.simulation.assembly import compiled
 from hil_emulator.simulation.machine import by_supply
 from hil_emulator.simulation.node_factory import nodes
-from hil_emulator.simulation.partner_factory import partners
 from hil_emulator.units import show
 
 
@@ -159,8 +158,12 @@ def _show(name: str, config: Configuration, made: Sequence[Node]) -> None:
                 f"note: {pdo} maps objects without a source, which hold their defaults: {names}"
             )
 
-    for partner in partners(config, [channel.name for channel in CHANNELS]):
-        click.echo(f"Partner {partner.name}\n{_messages(partner)}\n")
+    if config.partners:
+        # imported late: cantools takes half a second, and `run` imports this module
+        from hil_emulator.simulation.partner_factory import partners
+
+        for partner in partners(config, [channel.name for channel in CHANNELS]):
+            click.echo(f"Partner {partner.name}\n{_messages(partner)}\n")
 
 
 def _messages(partner: Partner) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 from hil_emulator import input_files
 from hil_emulator.config import datasheet
 from hil_emulator.config.effect_files import read_effects
-from hil_emulator.config.tolerances import Stated, by_field, taken_out
+from hil_emulator.config.tolerances import FileTolerance, by_field, taken_out
 from hil_emulator.config.toml_file import parse_toml
 from hil_emulator.errors import UserError, brief
 from hil_emulator.model.declare import Effect
@@ -49,7 +49,7 @@ def laid(files: Sequence[Path], texts: Sequence[str], admit: Admit) -> Layers:
     knobs: dict[tuple[str, ...], str] = {(e.stage.table, e.name): e.knob.name for e in effects}
     merged: dict[str, Any] = {}
     origin: dict[tuple[str, ...], Path] = {}
-    tolerances: dict[tuple[str, ...], Stated] = {}
+    tolerances: dict[tuple[str, ...], FileTolerance] = {}
     for file, layer in layers:
         plain, stated = taken_out(layer, file)
         _lay_over(merged, _with_knobs(plain, knobs), file, origin)

@@ -32,7 +32,7 @@ DERIVED: dict[Where, tuple[str, float]] = {
 
 
 @dataclass(frozen=True)
-class Stated:
+class FileTolerance:
     """A tolerance that a file states.
 
     Attributes:
@@ -45,30 +45,32 @@ class Stated:
     file: Path
 
 
-def taken_out(layer: Mapping[str, Any], file: Path) -> tuple[dict[str, Any], dict[Where, Stated]]:
+def taken_out(
+    layer: Mapping[str, Any], file: Path
+) -> tuple[dict[str, Any], dict[Where, FileTolerance]]:
     """Return a file's tables with plain values, and their tolerances.
 
     Raises:
         UserError: if a tolerance is not a number in range.
 
     """
-    sizes: dict[Where, Stated] = {}
+    sizes: dict[Where, FileTolerance] = {}
     plain = {table: _plain(content, (table,), file, sizes) if table in PARAMS else content
              for table, content in layer.items()}  # fmt: skip
     return plain, sizes
 
 
-def _plain(content: Any, where: Where, file: Path, sizes: dict[Where, Stated]) -> Any:
+def _plain(content: Any, where: Where, file: Path, sizes: dict[Where, FileTolerance]) -> Any:
     """Return a table or a value without its tolerance, which goes to `sizes`."""
     if not isinstance(content, dict):
         return content
     if content.keys() == {"value", KEY}:
-        sizes[where] = Stated(_size(content[KEY], where, file), file)
+        sizes[where] = FileTolerance(_size(content[KEY], where, file), file)
         return content["value"]
     inner = {key: _plain(value, (*where, key), file, sizes)
              for key, value in content.items() if key != KEY}  # fmt: skip
     if KEY in content:
-        of_all = Stated(_size(content[KEY], where, file), file)
+        of_all = FileTolerance(_size(content[KEY], where, file), file)
         sizes |= {(*where, key): of_all for key in inner if (*where, key) not in sizes}
     return inner
 
@@ -87,7 +89,9 @@ def _size(text: Any, where: Where, file: Path) -> float:
 
 
 def by_field(
-    tolerances: Mapping[Where, Stated], origin: Mapping[Where, Path], knobs: Mapping[Where, str]
+    tolerances: Mapping[Where, FileTolerance],
+    origin: Mapping[Where, Path],
+    knobs: Mapping[Where, str],
 ) -> dict[str, float]:
     """Return tolerances by the field of the parameter record.
 

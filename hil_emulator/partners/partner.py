@@ -1,12 +1,16 @@
 """A node that a DBC describes, as the rig sees it."""
 
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from hil_emulator.device.deadline import NOW
 from hil_emulator.device.measured import Measured
 from hil_emulator.frame import Frame
-from hil_emulator.partners.commands import ObeyedMessage
-from hil_emulator.partners.sent_message import SentMessage
+
+# imported for types only: cantools takes half a second, and most rigs have no partner
+if TYPE_CHECKING:
+    from hil_emulator.partners.commands import ObeyedMessage
+    from hil_emulator.partners.sent_message import SentMessage
 
 STANDARD_ID = 0x7FF
 
@@ -35,7 +39,7 @@ class Partner:
     asked: frozenset[int] = frozenset()
 
     def __init__(
-        self, name: str, sent: Sequence[SentMessage], obeyed: Sequence[ObeyedMessage]
+        self, name: str, sent: "Sequence[SentMessage]", obeyed: "Sequence[ObeyedMessage]"
     ) -> None:
         self.name = name
         self.on_route: Callable[[], None] = lambda: None
@@ -70,7 +74,7 @@ class Partner:
                 frames += self.frames(now_ns, message, data)
         return frames
 
-    def frames(self, now_ns: int, sent: SentMessage, data: bytes) -> list[Frame]:
+    def frames(self, now_ns: int, sent: "SentMessage", data: bytes) -> list[Frame]:
         """Return the frames that carry a message."""
         return [Frame(sent.message.frame_id, data, False, sent.message.is_extended_frame)]
 

@@ -17,7 +17,6 @@ from hil_emulator.recording.memory import Recorder
 from hil_emulator.simulation.active_effects import acting_together
 from hil_emulator.simulation.frame_router import Participant
 from hil_emulator.simulation.node_factory import nodes
-from hil_emulator.simulation.partner_factory import partners
 from hil_emulator.simulation.rig import Rig
 from hil_emulator.simulation.timed_can_port import CanPort, TimedCanPort
 
@@ -83,5 +82,9 @@ def _rig(config: Configuration, plant: Plant, bus: CanPort) -> Rig:
     made: list[Participant] = [*nodes(config, sensors.names)]
     if config.wire.modelled and not isinstance(bus, TimedCanPort):
         bus = TimedCanPort(bus, config.wire)
-    made += partners(config, sensors.names)
+    if config.partners:
+        # imported late: cantools takes half a second
+        from hil_emulator.simulation.partner_factory import partners
+
+        made += partners(config, sensors.names)
     return Rig(plant, sensors, made, bus, config.tick_ns, config.steps, None, config.not_finite)

@@ -111,7 +111,7 @@ def test_a_marker_with_a_wrong_file_says_where_it_was_looked_for(
         def test_x(emulator): pass
     """)
     said = pytester.runpytest_subprocess("-q").stdout.str()
-    assert "nofile.toml: no such file beside the test" in said
+    assert "nofile.toml: no such file next to the test" in said
     assert "install" not in said
 
 

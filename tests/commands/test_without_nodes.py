@@ -61,8 +61,8 @@ def test_what_goes_on_a_bus_asks_for_a_node(bench: Path, tmp_path: Path) -> None
 
 def test_a_capture_needs_someone_who_says_what_its_frames_mean(bench: Path, tmp_path: Path) -> None:
     """Without a node there is a DBC or an EDS, or one message."""
-    capture = tmp_path / "log.asc"
-    capture.write_text("")
+    capture = tmp_path / "run.log"
+    capture.write_text("(0.000000) can0 185#0000000000000000\n")
     code, output = asked("gap", bench, capture)
     assert code == 2
     assert "name a --dbc or --eds" in output
