@@ -57,7 +57,7 @@ def test_every_experiment_says_which_size_it_wants() -> None:
         assert abs(wanted.size - 1.0) < 4.0 * wanted.deviation
     written = result.to_dict()["effects"][0]["by_experiment"]
     assert [w["size"] for w in written] == [w.size for w in leak.by_experiment]
-    assert "the size that each experiment wants of each effect" in report(result, "a leak")
+    assert "estimate of each experiment for each effect" in report(result, "a leak")
 
 
 def test_a_healthy_machine_lacks_nothing() -> None:
