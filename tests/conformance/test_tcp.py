@@ -19,6 +19,7 @@ SEPARATE = shipped("configs/hyq_knee_separate.toml")
 REMOTE_FRAMES = {
     *("3.3", "3.9", "3.15", "3.310", "3.327"),
     *("7.2", "7.3", "7.4", "7.6", "7.203", "7.205", "7.207", "7.305", "7.306"),
+    *("3.330", "7.310", "7.311"),
 }
 """Cases made of remote frames, which socketcand's protocol cannot carry."""
 
