@@ -41,7 +41,7 @@ def by_parameter_group(
             sources = ", ".join(f"{i:08X}" for i in sorted(same))
             raise UserError(
                 f"{carrier.name}: parameter group {group(carrier.can_id):05X} comes from several "
-                f"sources ({sources}); give the message the identifier of one of them"
+                f"sources ({sources}); give the message the identifier of one source"
             )
         if len(same) == 1 and useful:
             carriers[same[0], True] = carrier
