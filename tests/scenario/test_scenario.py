@@ -10,8 +10,8 @@ import pytest
 
 from hil_emulator.errors import UserError
 from hil_emulator.platform.paths import shipped
+from hil_emulator.scenario.loading import load
 from hil_emulator.scenario.perform import perform
-from hil_emulator.scenario.schema import load
 
 Write = Callable[[str], Path]
 
@@ -57,8 +57,8 @@ def check(file: Path) -> tuple[bool, str]:
          False, "no sample"),
         ('frame = "0x705"\ndata = "00"', True, "1, first at 0.000 s"),
         ('frame = "0x705"\ndata = "00"\nseen = false', False, "1, first"),
-        ('frame = "0x085"\nseen = false', True, "none"),
-        ('frame = "0x285"\nuntil = "4 ms"', False, "none"),
+        ('frame = "0x085"\nseen = false', True, "0"),
+        ('frame = "0x285"\nuntil = "4 ms"', False, "0"),
     ],
 )  # fmt: skip
 def test_an_expectation_is_met_or_not(
@@ -84,7 +84,7 @@ EXPECT = '[[expect]]\nframe = "0x085"\nseen = false\n'
         ('[[step]]\nwhen = "up"\n' + EXPECT, '"up" is not a comparison'),
         ('[[step]]\nfualt = "x"\n' + EXPECT, r"step\.1\.fualt: no such key, did you mean fault"),
         ('[[expect]]\nsignal = "speed"\n', "no signal 'speed'; there are time"),
-        ('[[expect]]\nwithin = ["1 mm", "2 mm"]\n', "name either a signal or a frame"),
+        ('[[expect]]\nwithin = ["1 mm", "2 mm"]\n', "name either a signal, an object or a frame"),
         ("", "expect: is missing"),
         ('[[step]]\nat = "1e300 s"\n' + EXPECT, r"step\.1\.at: .* 0 s \.\.\. 1e\+06 s"),
         ('[[step]]\nset = { supply_pressure = "inf bar" }\n' + EXPECT, "outside 1 bar ... 400"),
