@@ -104,7 +104,7 @@ NARROW = {
 does, and knows nothing of how a node works; what compiles the physics does so once, with a numba
 that it knows."""
 
-OUTERMOST = {"command_line", "commands", "__main__.py", "__init__.py"}
+OUTERMOST = {"command_line", "commands", "learning.py", "__main__.py", "__init__.py"}
 
 INDEPENDENT = (
     {"identify/prediction/residuals", "identify/prediction/model_run"},

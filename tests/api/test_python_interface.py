@@ -200,13 +200,11 @@ def test_the_environment_keeps_the_rules_of_gymnasium() -> None:
 
 
 def test_gymnasium_finds_it_by_name() -> None:
-    """`gymnasium.make` knows it where the package is installed."""
-    from hil_emulator.api.environment import register
-
-    register()
-    env = gymnasium.make("hil_emulator/Knee-v0")
-    _, told = env.reset(seed=1, options={"target": 0.25})
-    assert told["target"] == pytest.approx(0.02)
+    """In a new process: by the name that imports it, and by the plain name after the import."""
+    names = ("hil_emulator.learning:hil_emulator/Knee-v0", "hil_emulator/Knee-v0")
+    code = f"import gymnasium; print(*[gymnasium.make(name).spec.id for name in {names}])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["hil_emulator/Knee-v0"] * 2
 
 
 def test_a_typical_effect_of_a_sensor_is_a_part_of_its_span(knee: hil.Actuator) -> None:
