@@ -82,6 +82,10 @@ def run(
     """Run the emulator on its bus.
 
     With --scenario the exit code is 1 if an expectation is not met, 2 if the scenario cannot run.
+
+    A run that falls behind real time is no valid test of a controller that keeps real time. Give
+    the emulator a real-time priority (`you - rtprio 50` in /etc/security/limits.conf, and a new
+    login), or use --clock follow-sync.
     """
     from hil_emulator.platform.lean_start import lean_start
 

@@ -18,6 +18,7 @@ from math import isfinite
 from typing import Any
 
 from hil_emulator.config.course_points import Points, points
+from hil_emulator.errors import did_you_mean
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.units import count, to_si
 
@@ -96,7 +97,14 @@ def read_map(content: object) -> tuple[ObjectSettings, ...]:
     """
     if not isinstance(content, Mapping):
         raise ValueError('is a table of objects, such as { "0x6130:1" = "pressure_a" }')
-    mapped = tuple(_object(str(key), value) for key, value in content.items())
+    mapped, mistakes = [], []
+    for key, value in content.items():
+        try:
+            mapped.append(_object(str(key), value))
+        except ValueError as error:
+            mistakes.append(str(error))
+    if mistakes:
+        raise ValueError("\n    ".join(mistakes))
     places = [settings.where for settings in mapped]
     signals = [settings.signal for settings in mapped]
     for settings in mapped:
@@ -104,7 +112,7 @@ def read_map(content: object) -> tuple[ObjectSettings, ...]:
             raise ValueError(f"{settings.where} stands there twice")
         if settings.signal in COMMAND_UNITS and signals.count(settings.signal) > 1:
             raise ValueError(f"two objects give the command {settings.signal}; keep one")
-    return mapped
+    return tuple(mapped)
 
 
 def _object(key: str, content: object) -> ObjectSettings:
@@ -179,8 +187,8 @@ def _constant(content: object) -> dict[str, Any]:
 
 def _signal(name: str, unit: object) -> dict[str, Any]:
     if name not in UNITS and name not in DEVICE_SIGNALS:
-        names = ", ".join((*UNITS, *DEVICE_SIGNALS))
-        raise ValueError(f"no channel or command {name!r}; there are {names}")
+        hint = did_you_mean(name, (*UNITS, *DEVICE_SIGNALS))
+        raise ValueError(f"no channel or command {name!r}{hint}")
     if unit is None or name in DEVICE_SIGNALS:
         return {"signal": name}
     factor = to_si(unit, UNITS[name], f"1 {UNITS[name]}")

@@ -5,7 +5,7 @@ from typing import Annotated
 from pydantic import BeforeValidator
 
 from hil_emulator.config.table import QuantityReader
-from hil_emulator.errors import UserError
+from hil_emulator.errors import UserError, brief, did_you_mean
 from hil_emulator.faults.fault import Fault, spoken
 from hil_emulator.model.declare import Param
 from hil_emulator.signals import condition
@@ -34,8 +34,9 @@ def _condition(text: object) -> Condition:
 def _values(given: object) -> object:
     """Return set points and settings in SI."""
     targets = SETTINGS | SET_POINTS
-    if not isinstance(given, dict) or not given.keys() <= targets.keys():
-        raise ValueError(f"unknown key in set; there are {', '.join(targets)}")
+    wrong = [name for name in given if name not in targets] if isinstance(given, dict) else ["set"]
+    if wrong or not isinstance(given, dict):
+        raise ValueError(f"unknown key '{brief(wrong[0])}' in set{did_you_mean(wrong[0], targets)}")
     try:
         return {name: setting(name, value, targets) for name, value in given.items()}
     except UserError as error:

@@ -1,6 +1,5 @@
 """Reading of a scenario file: its runs, and messages on its mistakes."""
 
-import difflib
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -11,7 +10,7 @@ from pydantic import ValidationError
 from hil_emulator.config.mistakes import SHOWN
 from hil_emulator.config.table import DescribedTable
 from hil_emulator.config.toml_file import read_toml
-from hil_emulator.errors import UserError
+from hil_emulator.errors import UserError, did_you_mean
 from hil_emulator.scenario.expect import Expect
 from hil_emulator.scenario.schema import MOST_RUNS, Scenario, SignalProfile, Step
 
@@ -108,6 +107,4 @@ def _mistake(place: Sequence[int | str], kind: str) -> str:
     tables = [_TABLES[part] for part in map(str, place[:-1]) if part in _TABLES]
     fields = (tables[-1] if tables else Scenario).model_fields
     keys = [field.alias or name for name, field in fields.items()]
-    close = difflib.get_close_matches(str(place[-1]), keys, 1)
-    meant = f", did you mean {close[0]}" if close else ""
-    return f"no such key{meant}; there are {', '.join(keys)}"
+    return f"no such key{did_you_mean(str(place[-1]), keys)}"

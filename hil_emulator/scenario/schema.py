@@ -6,7 +6,7 @@ from typing import Literal, Self
 from pydantic import ConfigDict, Field, field_validator, model_validator
 
 from hil_emulator.config.table import DescribedTable
-from hil_emulator.errors import brief
+from hil_emulator.errors import brief, did_you_mean
 from hil_emulator.scenario.expect import Expect
 from hil_emulator.scenario.fields import Broken, Holds, Seconds, Values
 from hil_emulator.scenario.names import frame_of
@@ -120,5 +120,5 @@ class Scenario(DescribedTable):
 
 
 def _no_step(name: str, names: Sequence[str]) -> str:
-    listed = f"; there are {', '.join(names)}" if names else "; give a step a name"
+    listed = did_you_mean(name, names) if names else "; give a step a name"
     return f"no step is named '{brief(name)}'{listed}"

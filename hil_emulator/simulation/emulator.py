@@ -10,7 +10,7 @@ from typing import Any
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import Configuration
 from hil_emulator.device.nmt import NMT_COB_ID
-from hil_emulator.errors import UserError
+from hil_emulator.errors import UserError, did_you_mean
 from hil_emulator.faults.running import Running
 from hil_emulator.platform.paths import cache_folder
 from hil_emulator.recording.header import header, remembered
@@ -46,8 +46,8 @@ class Signals:
         if not self._prefix and name == MODEL.rstrip("."):
             return Signals(self._value, MODEL)
         if self._prefix + name not in columns():
-            names = ", ".join(columns())
-            raise AttributeError(f"no signal '{self._prefix}{name}'; there are {names}")
+            hint = did_you_mean(self._prefix + name, columns())
+            raise AttributeError(f"no signal '{self._prefix}{name}'{hint}")
         return self._value(self._prefix + name)
 
 

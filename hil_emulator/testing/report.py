@@ -39,11 +39,12 @@ def signals(emulator: Emulator) -> list[str]:
 
 
 def keep(emulator: Emulator, test: str, folder: Path) -> Path:
-    """Write the test's recording over its last one and return its file."""
+    """Write the test's recording over its last one, out of sight of Git; return its file."""
     name = re.sub(r"[^\w.-]+", "_", test.partition("::")[2] or test)
     file = folder / f"{name}{SUFFIX}"
     with new_files(overwrite=True) as staged:
         journal.write(emulator.recording(), staged(file))
+    (folder / ".gitignore").write_text("*\n")
     return file
 
 
