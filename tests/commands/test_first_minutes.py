@@ -126,7 +126,7 @@ def test_a_scenario_that_cannot_run_is_not_one_that_failed(tmp_path: Path) -> No
     code, said = answer("scenario", str(file), "--jobs", "1")
     assert code == 2
     assert "duraton: no such key, did you mean 'duration'" in said
-    assert "expect.0.untill: no such key, did you mean until" in said
+    assert "expect.0.untill: no such key, did you mean 'until'" in said
     assert answer("scenario", str(tmp_path / "none.toml"))[0] == 2
 
 

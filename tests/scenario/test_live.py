@@ -224,7 +224,7 @@ def test_a_scenario_sweeps_values_and_repeats_with_seeds(swept: Path) -> None:
     [
         ("{pressure}", "110 bar", "sweep.pressure: no text contains {pressure}"),
         ('["100 bar", "120 bar"]', "[]", "sweep: write lists of values by name"),
-        ('after = "change"', 'after = "chance"', "no step is named 'chance', did you mean 'change'?"),
+        ('after = "change"', 'after = "chance"', "'chance', did you mean 'change'?"),
         ("repeat = 2", "repeat = 2000", "less than or equal to 1000"),
         ("repeat = 2", "repeat = 600", "make more than 1000 runs"),
         ("0x301 01 02", "0x301 1 2 3", "'0x301 1 2 3' is not a frame"),
