@@ -89,12 +89,12 @@ class Frames:
             return f"EMCY node {frame.can_id & 0x7F}  {emergency(frame.data)}"
         return describe(frame, self.pdos)
 
-    def table(self) -> list[dict[str, Any]]:
-        """Return the last frame of each identifier, by identifier."""
+    def table(self, now: float) -> list[dict[str, Any]]:
+        """Return the last frame of each identifier, by identifier, with its age at a time [s]."""
         return [
             {
                 "id": _written(s.frame), "count": s.count, "sent": s.sent,
-                "period": s.period, "data": s.frame.data.hex(" "), "words": self.words(s.frame),
+                "period": s.period, "age": now - s.last_ns * 1e-9, "data": s.frame.data.hex(" "), "words": self.words(s.frame),
             }
             for _, s in sorted(self.identifiers.items())
         ]  # fmt: skip
