@@ -94,7 +94,8 @@ class Frames:
         return [
             {
                 "id": _written(s.frame), "count": s.count, "sent": s.sent,
-                "period": s.period, "age": now - s.last_ns * 1e-9, "data": s.frame.data.hex(" "), "words": self.words(s.frame),
+                "period": s.period, "age": now - s.last_ns * 1e-9,
+                "data": s.frame.data.hex(" "), "words": self.words(s.frame),
             }
             for _, s in sorted(self.identifiers.items())
         ]  # fmt: skip
