@@ -384,11 +384,12 @@ export class Strips {
 
 const dashed = (name) => name.startsWith("model.") || name.endsWith(".configured");
 
-// Writes ticks with the places that tell them apart, and no minus before a zero.
+// Writes ticks with all their places, 2.5 and 0.025 with one more, and no minus before a zero.
 function labels(ticks) {
   const step = ticks.length > 1 ? Math.abs(ticks[1] - ticks[0]) : 1;
-  const places = Math.min(9, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)));
-  return ticks.map((tick) => digits(Math.abs(tick) < step / 1e3 ? 0 : tick, places));
+  let places = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
+  if (Math.abs(step * 10 ** places - Math.round(step * 10 ** places)) > 0.01) places += 1;
+  return ticks.map((tick) => digits(Math.abs(tick) < step / 1e3 ? 0 : tick, Math.min(places, 9)));
 }
 
 function padded(low, high, least) {
