@@ -17,10 +17,7 @@ from hil_emulator.scenario.outcome import Check, Span
 from hil_emulator.scenario.watch import LimitedValue, ReachingValue, StayingValue, Watch, check
 from hil_emulator.signals.columns import Readings, columns
 from hil_emulator.simulation.rig import Rig
-from hil_emulator.units import show, to_si
-
-SHOWN = {"Pa": "bar", "m": "mm", "A": "mA", "m/s": "mm/s"}
-"""Units in which engineers read signals, by their SI unit."""
+from hil_emulator.units import READ_AS, show, to_si
 
 
 class Judge:
@@ -121,11 +118,10 @@ def _signal(e: Expect, rig: Rig) -> LimitedValue:
     assert e.signal is not None
     assert e.within is not None
     name, unit = e.signal, columns()[e.signal]
-    low, high = map(float, e.within)
+    shown, (low, high) = READ_AS.get(unit, unit), map(float, e.within)
     return LimitedValue(
-        name, lambda: rig.value(name), lambda v: show(v, unit, SHOWN.get(unit, unit)), (low, high),
-        name,
-    )  # fmt: skip
+        name, lambda: rig.value(name), lambda v: show(v, unit, shown), (low, high), name
+    )
 
 
 def _object(e: Expect, nodes: Sequence[Node]) -> LimitedValue:
@@ -149,7 +145,7 @@ def _object(e: Expect, nodes: Sequence[Node]) -> LimitedValue:
             return float("nan")
 
     def written(value: float) -> str:
-        return show(value, unit, SHOWN.get(unit, unit)) if unit else f"{value / factor:g}"
+        return show(value, unit, READ_AS.get(unit, unit)) if unit else f"{value / factor:g}"
 
     return LimitedValue(f"{e.object} {entry.name}", read, written, (limits[0], limits[1]))
 

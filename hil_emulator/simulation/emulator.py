@@ -20,7 +20,7 @@ from hil_emulator.signals import condition
 from hil_emulator.signals.columns import MODEL, columns
 from hil_emulator.signals.inputs import setting
 from hil_emulator.simulation.assembly import assemble
-from hil_emulator.units import to_si
+from hil_emulator.units import READ_AS, show, to_si
 
 _numbers = itertools.count()
 
@@ -145,7 +145,10 @@ class Emulator(AbstractContextManager["Emulator"]):
         if holds():
             return self.now - begin
         text = what if isinstance(what, str) else "the condition"
-        values = ", ".join(f"{n} = {self.rig.value(n):.6g} {u}" for n, u in self._watched(what))
+        values = ", ".join(
+            f"{name} = {show(self.rig.value(name), unit, READ_AS.get(unit, unit))}"
+            for name, unit in self._watched(what)
+        )
         raise NeverHeldError(f"{text} did not hold within {within}; at {self.now:.3f} s {values}")
 
     def fault(self, target: str, kind: str, /, **options: Any) -> Running:

@@ -9,15 +9,13 @@ from hil_emulator.recording import SUFFIX, journal
 from hil_emulator.recording.messages import describe, messages
 from hil_emulator.signals.columns import columns
 from hil_emulator.simulation.emulator import Emulator
-from hil_emulator.units import show
+from hil_emulator.units import READ_AS, show
 
 FRAMES = 20
 """Number of last frames in the report."""
 
 FOLDER = ".hil-emulator"
 """Folder of the recordings of failed tests, below pytest's root folder."""
-
-_SHOWN = {"Pa": "bar", "m": "mm", "A": "mA"}
 
 
 def frames(emulator: Emulator, count: int = FRAMES) -> list[str]:
@@ -33,7 +31,7 @@ def frames(emulator: Emulator, count: int = FRAMES) -> list[str]:
 def signals(emulator: Emulator) -> list[str]:
     """Return the present signals, a line each."""
     return [
-        f"  {name:<28} {show(emulator.rig.value(name), unit, _SHOWN.get(unit, unit))}"
+        f"  {name:<28} {show(emulator.rig.value(name), unit, READ_AS.get(unit, unit))}"
         for name, unit in columns().items()
     ]
 
