@@ -21,7 +21,7 @@ ROOMS = {
     "ccode": {"numpy", "model"},
     "fmi": set(),
     "fmi/exporting": {"ccode", "model"},
-    "pages": {"jinja2", "matplotlib", "platform"},
+    "pages": {"jinja2", "markupsafe", "matplotlib", "platform"},
     "signals": {"numpy", "model"},
     "protocol": {"pydantic"},
     "config": {"pydantic", "model"},

@@ -79,7 +79,7 @@ def _table(coordinate: Coordinate) -> str:
 
 def quoted(value: float, unit: str, shown: str) -> str:
     """Return a value as the configuration writes it, in the unit that people use."""
-    return repr(float(value)) if unit == "1" else f'"{show(value, unit, shown)}"'
+    return f"{value:.6g}" if unit == "1" else f'"{show(value, unit, shown)}"'
 
 
 def _effect(search: Search, coordinate: Coordinate, finding: Finding) -> str:
