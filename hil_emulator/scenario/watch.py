@@ -66,6 +66,10 @@ class LimitedValue:
         low, high = limits
         self.text = f"{name} in {written(low)} ... {written(high)}"
 
+    def rounded(self, value: float) -> str:
+        """Return a value that was observed as text."""
+        return self.written(float(f"{value:.5g}"))
+
     def inside(self, value: float) -> bool:
         """Return whether a value is within the limits."""
         return self.limits[0] <= value <= self.limits[1]
@@ -87,13 +91,16 @@ class StayingValue:
         self.state: State = "open"
         self._value, self._start, self._until = value, start, until
         self._extremes: tuple[float, float] | None = None
+        self._outside = ""
 
     @property
     def observed(self) -> str:
-        """Smallest and largest value."""
+        """The value that left the limits, else the smallest and the largest value."""
+        if self._outside:
+            return self._outside
         if self._extremes is None:
             return "no sample there"
-        return " ... ".join(map(self._value.written, self._extremes))
+        return " ... ".join(map(self._value.rounded, self._extremes))
 
     def tick(self, now: float) -> None:
         """Observe the end of a tick."""
@@ -106,7 +113,7 @@ class StayingValue:
         low, high = self._extremes or (value, value)
         self._extremes = min(low, value), max(high, value)
         if not self._value.inside(value):
-            self.state = "missed"
+            self.state, self._outside = "missed", f"{self._value.rounded(value)} at {now:.3f} s"
 
     def frames(self, now: float, frames: Iterable[Frame]) -> None:
         """Do nothing."""
@@ -147,7 +154,7 @@ class ReachingValue:
         """When it entered its limits, and the last value if it is outside."""
         if self._entered is not None:
             return f"at {self._entered:.3f} s"
-        return f"never, last {self._value.written(self._last)}"
+        return f"never, last {self._value.rounded(self._last)}"
 
     def tick(self, now: float) -> None:
         """Observe the end of a tick."""

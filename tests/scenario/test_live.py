@@ -292,3 +292,17 @@ def test_the_controller_in_c_of_the_page_passes_or_fails(
     assert controller.wait(timeout=10) == 0
     # how soon it answers is a matter of this machine's load
     assert re.search(r"model\.position in 49\.5 mm \.\.\. 50\.5 mm by 0\.8 s", rest)
+
+
+def test_a_missed_band_beyond_the_curve_is_in_the_picture(swept: Path) -> None:
+    """The axis grows until an edge of the band is on it."""
+    from matplotlib.figure import Figure
+
+    from hil_emulator.scenario.report import _expected
+
+    (*_, outcome) = hil.play(swept)  # 120 bar, where 99 to 101 bar are expected
+    axis = Figure().subplots()
+    axis.plot(outcome.curves["time"], outcome.curves["supply_pressure"] * 1e-5)
+    _expected(axis, outcome.bands, 1e-5)
+    low, high = axis.get_ylim()
+    assert low < 101.0 < 120.0 < high

@@ -49,7 +49,7 @@ def check(file: Path) -> tuple[bool, str]:
     ("expectation", "passed", "found"),
     [
         ('signal = "position"\nwithin = ["39 mm", "50 mm"]', True, "mm ..."),
-        ('signal = "position"\nwithin = ["39 mm", "40.5 mm"]', False, "mm ..."),
+        ('signal = "position"\nwithin = ["39 mm", "40.5 mm"]', False, "mm at 0.0"),
         ('signal = "model.position"\nwithin = ["41 mm", "42 mm"]\nby = "90 ms"\nfor = "1 ms"',
          True, "at 0.0"),
         ('signal = "position"\nwithin = ["60 mm", "70 mm"]\nby = "90 ms"', False, "never"),
