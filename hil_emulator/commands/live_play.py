@@ -92,6 +92,8 @@ class LivePlay:
         self._rig.step()
         conductor.after()
         if conductor.over:
+            self._performance.judge.end()
+            self.serve()
             raise ScenarioOver
 
     def serve(self) -> None:

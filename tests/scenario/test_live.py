@@ -1,6 +1,7 @@
 """The same scenario against a controller on a bus, in Python, and with the reference controller."""
 
 import re
+import shlex
 import shutil
 import struct
 import subprocess
@@ -13,7 +14,7 @@ from xml.etree import ElementTree
 
 import can
 import pytest
-from test_shown import block
+from test_shown import PAGES, block
 
 import hil_emulator as hil
 from hil_emulator.bus.bus import Bus
@@ -269,29 +270,46 @@ def test_the_controller_in_python_of_the_page_passes(
     assert capsys.readouterr().out.startswith("True\n")
 
 
+def shell(page: str, number: int) -> list[str]:
+    """Return the lines of a page's block for the shell."""
+    return re.findall(r"^```sh\n(.*?)^```$", PAGES[page], re.M | re.S)[number].splitlines()
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
-@pytest.mark.parametrize(("gain", "code"), [("0.1", 0), ("0.01", 1)])
+@pytest.mark.parametrize(("gain", "code"), [("", 0), ("0.01", 1)])
 def test_the_controller_in_c_of_the_page_passes_or_fails(
     tmp_path: Path, gain: str, code: int
 ) -> None:
-    """Through TCP in real time, as printed: compiled strictly, awaited, judged."""
+    """Through TCP in real time, by the commands of the page: compiled, awaited, judged."""
     (tmp_path / "controller.c").write_text(block("how_to/scenarios.md", "c", "/* controller.c"))
-    strict = ["-std=c11", "-O2", "-Wall", "-Wextra", "-Werror"]
-    subprocess.run(["cc", *strict, "controller.c", "-o", "controller"], cwd=tmp_path, check=True)
-    command = [sys.executable, "-u", "-m", "hil_emulator", "run", "--scenario", "hold_position"]
-    emulator = subprocess.Popen(
-        [*command, "--port", "0"], cwd=tmp_path, stdout=subprocess.PIPE, text=True
+    (emulate,), (compile_, control) = (shell("how_to/scenarios.md", i) for i in (0, 1))
+    subprocess.run(
+        [*shlex.split(compile_), "-Wall", "-Wextra", "-Werror"], cwd=tmp_path, check=True
     )
+    program = [sys.executable, "-u", "-m", "hil_emulator"]
+    emulator = subprocess.Popen(
+        [*program, *shlex.split(emulate)[1:], "--port", "0"], cwd=tmp_path,
+        stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
     assert emulator.stdout is not None
     lines = iter(emulator.stdout.readline, "")
     port = next(m[1] for line in lines if (m := re.search(r"127\.0\.0\.1:(\d+)", line)))
-    controller = subprocess.Popen([tmp_path / "controller", gain, port])
+    controller = subprocess.Popen([control, gain or "0.1", port], cwd=tmp_path)
     rest, _ = emulator.communicate(timeout=60)
     assert emulator.returncode == code, rest
     assert controller.wait(timeout=10) == 0
-    # how soon it answers is a matter of this machine's load
-    assert re.search(r"model\.position in 49\.5 mm \.\.\. 50\.5 mm by 0\.8 s", rest)
+    assert rest.count("  met     ") + rest.count("  MISSED  ") == 4
+    assert {"report.html", "report.xml", "run.rec"} <= {f.name for f in tmp_path.iterdir()}
+
+
+@pytest.mark.slow
+def test_the_last_command_of_the_page_passes(tmp_path: Path) -> None:
+    """Several scenarios in lock-step, with reports."""
+    (line,) = shell("how_to/scenarios.md", -1)
+    command = [sys.executable, "-m", "hil_emulator", *shlex.split(line)[1:]]
+    subprocess.run(command, cwd=tmp_path, check=True)
+    assert (tmp_path / "report.xml").is_file()
 
 
 def test_a_missed_band_beyond_the_curve_is_in_the_picture(swept: Path) -> None:
