@@ -46,6 +46,7 @@ def failures(outcomes: Sequence[Outcome]) -> list[str]:
     for o in outcomes:
         if o.error:
             lines.append(f"{o.title}: {o.error}")
+            continue
         lines += [f"{o.title}: {c.text}: {c.observed}" for c in o.checks if not c.passed]
     return lines
 
@@ -67,6 +68,7 @@ def junit(outcomes: Sequence[Outcome], file: Path) -> None:
         )
         if o.error:
             ElementTree.SubElement(case, "error", message=o.error)
+            continue
         missed = [f"{c.text}: {c.observed}" for c in o.checks if not c.passed]
         if missed:
             ElementTree.SubElement(case, "failure", message=missed[0]).text = "\n".join(missed)
