@@ -41,8 +41,16 @@ class ScenarioOptions:
         return runs_of(self.file.resolve())
 
     def configuration(self, files: Sequence[Path]) -> Sequence[Path]:
-        """Return the configuration files: those of the command line, else of the scenario."""
-        return files or [self.file.parent / name for name in runs_of(self.file)[0].config]
+        """Return the configuration files: those of the command line, else of the scenario.
+
+        Raises:
+            UserError: if the runs of the scenario have several.
+
+        """
+        names = [run.config for run in runs_of(self.file)]
+        if not files and names.count(names[0]) < len(names):
+            raise UserError(f"{self.file}: one bus has one machine, but config differs by run")
+        return files or [self.file.parent / name for name in names[0]]
 
 
 def scenario_options(
@@ -75,11 +83,17 @@ def play_runs(
         recording: options of the recording; of several runs each has its own files.
         run: runs the rig of a configuration until the play ends it.
 
+    Raises:
+        UserError: if a recording exists, or the rig cannot play the scenario.
+
     """
     outcomes: list[Outcome] = []
-    for number, scenario in enumerate(runs):
+    numbers = [str(number) for number in range(1, len(runs) + 1)]
+    recordings = [recording.of_actuator(n) for n in numbers] if len(runs) > 1 else [recording]
+    for kept in recordings:
+        kept.check()
+    for scenario, kept in zip(runs, recordings, strict=True):
         play = LivePlay(options.file.resolve(), scenario, options.role or scenario.controller)
-        kept = recording.of_actuator(str(number + 1)) if len(runs) > 1 else recording
         error, interrupted = "", False
         try:
             run(play, seeded(config, scenario), kept)

@@ -198,7 +198,7 @@ class Conductor:
 
 
 def _refuse(scenario: Scenario, role: Role) -> None:
-    """Refuse steps that need the reference controller.
+    """Refuse steps that need a controller which does not act.
 
     Raises:
         UserError: names the step and the way out.
@@ -207,6 +207,8 @@ def _refuse(scenario: Scenario, role: Role) -> None:
     if role == "reference":
         return
     for number, step in enumerate(scenario.steps):
+        if step.set_point and role != "external":
+            raise UserError(f"step.{number}: {step.set_point[0]} needs a controller to follow it")
         if step.controller:
             raise UserError(
                 f'step.{number}: controller = "{step.controller}" silences the reference '

@@ -72,6 +72,16 @@ def test_a_controller_in_python_passes_or_fails(gain: float, expected: str) -> N
     assert outcome.events[0] == (0.0, "position 50 mm (left to your controller)")
 
 
+def test_the_fixture_fails_a_test_with_what_was_missed(play_scenario: Any) -> None:
+    """The message has the expectation and what was observed."""
+    (outcome,) = play_scenario(HOLD, connect(0.1))
+    assert outcome.passed
+    with pytest.raises(
+        pytest.fail.Exception, match=r"by 0\.8 s for 0\.1 s: never, last 45\.\d+ mm"
+    ):
+        play_scenario(HOLD, connect(0.01))
+
+
 def test_a_controller_is_needed() -> None:
     """In lock-step there is no controller unless one is connected: three ways out are named."""
     with pytest.raises(UserError, match=r"run --scenario .*hil.play.*--controller reference"):
