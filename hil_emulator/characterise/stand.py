@@ -15,6 +15,7 @@ from hil_emulator.characterise.result import Series
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.plant import Plant
 from hil_emulator.model.sampling import Sensors
+from hil_emulator.model.smoothed import FRICTION_OF_SPOOL
 
 _CLAMPED = {"load_mass": 1e12}  # the largest force moves it by less than 1 um in a minute
 SMALL_CHAMBERS = {
@@ -175,7 +176,7 @@ class Bench:
         The spool's threshold is its dry friction.
         """
         dry = self.off("friction", keep=("viscous_friction",))
-        return dry | {"threshold_current": 0.0, "hysteresis_width": 0.0}
+        return dry | dict.fromkeys(FRICTION_OF_SPOOL, 0.0)
 
     @property
     def valve_size(self) -> float:

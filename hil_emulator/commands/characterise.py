@@ -11,6 +11,7 @@ from hil_emulator.characterise.stand import Bench
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.commands.waiting import waiting
 from hil_emulator.config.load import load_whole
+from hil_emulator.model.constants import S1, S2
 from hil_emulator.model.kernel import build
 from hil_emulator.platform.paths import cache_folder, near
 
@@ -37,6 +38,7 @@ def run(
         results = characterise([test], bench, out, progress.say, overwrite=overwrite)
     for group in grouped(results):
         click.echo(f"{group.summary}\n{text_table(_HEADER, map(_row, group.rows))}\n")
+    click.echo(f"{S1}\n{S2}\n")
     click.echo(f"written to {near(out)}: open {near(out / 'index.html')}")
 
 

@@ -10,6 +10,7 @@ import click
 
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.config.load import load
+from hil_emulator.model.constants import S1
 from hil_emulator.model.declare import Effect, Param
 from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.sensors import Channel
@@ -42,7 +43,7 @@ def effects(files: Sequence[Path], as_json: bool) -> None:
     click.echo(text_table(("table", "effect", "knob", "typical", "range", "off", "equation"), rows))
     click.echo(
         "\nA sensor effect is set in [sensors.CHANNEL]; its values are shown as parts of the "
-        "channel's span."
+        f"channel's span.\n{S1}"
     )
 
 

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from hil_emulator.api.linear_model import LinearModel, linearised
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.commands.waiting import PREPARING, waiting
 from hil_emulator.config.load import load_whole
+from hil_emulator.model.constants import S1
 from hil_emulator.pages import drawing
 from hil_emulator.platform.paths import near
 
@@ -71,9 +72,17 @@ def _text(forms: LinearModel) -> str:
     lines = [
         f"{forms.operating_point}\n",
         text_table(
-            ("coefficient", "value", "unit"),
-            [(name, f"{value:.5g}", _UNITS[name]) for name, value in forms.coefficients.items()],
+            ("coefficient", "value", "zero lap", "unit"),
+            [
+                (name, f"{value + 0.0:.5g}", f"{forms.zero_lap[name] + 0.0:.5g}", unit)
+                for (name, value), unit in zip(
+                    forms.coefficients.items(), _UNITS.values(), strict=True
+                )
+            ],
         ),
+        "\nvalue: with what leaks past the lands; around null both edges of a port pass oil, and "
+        "the flow gain is that of both. zero lap: sharp lands without leakage, S1 eq. 3.21-3.37; "
+        "at rest those of extension.",
     ]
     for name, responses in forms.responses.items():
         lines.append(f"\n{name}: poles [rad/s]")
@@ -82,9 +91,11 @@ def _text(forms: LinearModel) -> str:
             zeros = ", ".join(_root(z) for z in _complex(response.zeros))
             lines.append(f"{name}: zeros of {output}/u [rad/s]: {zeros or 'none'}")
     lines.append(
-        "\nS1 and complete have viscous friction only; exact has every effect that is on. At rest "
-        "dry friction is a stiff damper in it."
+        "\nS1 and complete have viscous friction only; exact has every effect that is on, but for "
+        "what is left out below. At rest dry friction is a stiff damper in it."
     )
+    lines += [f"Left out: {text}" for text in forms.left_out]
+    lines.append(S1)
     return "\n".join(lines)
 
 
@@ -92,14 +103,18 @@ def _pairs(values: Any) -> list[list[float]]:
     return [[float(np.real(v)), float(np.imag(v))] for v in values]
 
 
+def _finite(numbers: Mapping[str, float]) -> dict[str, float | str]:
+    """Return numbers for JSON, infinity as text."""
+    return {name: n if math.isfinite(n) else str(n) for name, n in numbers.items()}
+
+
 def _content(forms: LinearModel) -> dict[str, Any]:
     """Return all numbers for JSON; roots as [real, imaginary], rad/s."""
     return {
         "operating_point": {name: float(value) for name, value in forms.exact.signals.items()},
-        "coefficients": {
-            name: value if math.isfinite(value) else str(value)
-            for name, value in forms.coefficients.items()
-        },
+        "coefficients": _finite(forms.coefficients),
+        "zero_lap": _finite(forms.zero_lap),
+        "left_out": forms.left_out,
         "forms": {
             name: {
                 output: {"zeros": _pairs(r.zeros), "poles": _pairs(r.poles)}

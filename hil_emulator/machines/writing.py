@@ -15,7 +15,7 @@ from hil_emulator.machines.questions import (
     valve,
 )
 from hil_emulator.machines.valve_sheet import GIVEN, PRINTED, ValveSheet
-from hil_emulator.model.constants import DISCHARGE
+from hil_emulator.model.constants import DISCHARGE, S1
 from hil_emulator.model.declare import SETTING
 from hil_emulator.model.effects.edges import land_leakage
 from hil_emulator.model.quantities import PARAMS
@@ -67,6 +67,7 @@ def configuration(answers: Answers, eds: str, schema: str, step: float) -> str:
         "# Written by `hil-emulator init`. Measure assumed values, and look up those from memory.",
         "# `identify` fits both within the tolerance that is written with them.",
         "# docs/how_to/machine.md lists the numbers that matter most.",
+        f"# {S1}",
     )
     tables = [_table(*table) for table in _tables(answers, eds, step)]
     return "\n".join([*head, "", "\n\n".join(tables), ""])

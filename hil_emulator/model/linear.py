@@ -35,7 +35,7 @@ class LinearisedMachine:
     gain: float
     """Valve gain [K_v]."""
     underlap: float
-    """Opening of every edge at null [u_0], underlap or clearance; S1 has zero lap."""
+    """Opening of every edge at null [u_0], underlap or clearance less overlap; S1 has zero lap."""
     supply_pressure: float
     tank_pressure: float
     area: float
@@ -66,7 +66,8 @@ class LinearisedMachine:
         return cls(
             gain=values_by_name["valve_gain"],
             underlap=values_by_name.get("underlap_lap", 0.0)
-            + values_by_name.get("land_leakage_clearance", 0.0),
+            + values_by_name.get("land_leakage_clearance", 0.0)
+            - values_by_name.get("overlap_lap", 0.0),
             supply_pressure=values_by_name["supply_pressure"],
             tank_pressure=values_by_name["tank_pressure"],
             area=values_by_name["cylinder_piston_area"],
