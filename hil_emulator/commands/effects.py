@@ -42,8 +42,8 @@ def effects(files: Sequence[Path], as_json: bool) -> None:
     ]
     click.echo(text_table(("table", "effect", "knob", "typical", "range", "off", "equation"), rows))
     click.echo(
-        "\nCurrents of the valve are those of a rated current of 10 mA; sizes and bounds scale with "
-        'it. In a configuration they may be shares of it, such as "20 %".\n'
+        "\nCurrents of the valve are those of a rated current of 10 mA, and scale with it. In a "
+        'configuration they may be shares of it, such as "20 %".\n'
         "A sensor effect is set in [sensors.CHANNEL]; its values are shown as parts of the "
         f"channel's span.\n{S1}"
     )

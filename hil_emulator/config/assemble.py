@@ -103,7 +103,7 @@ def _effect_values(
 
 
 def _value(table: StrictTable, param: Param, name: str, rated: float) -> float:
-    """Return a value of a table, NaN where it has none; a default of the valve at its rating."""
+    """Return a value of a table, NaN if it is absent; a default of the valve at its rating."""
     value = getattr(table, param.name)
     if value is None:
         return math.nan
@@ -119,7 +119,7 @@ def _plant_values(checked: Any, effects: Sequence[Effect], rated: float) -> dict
             values[f"{name}_{param.name}"] = _value(table, param, name, rated)
         on = [e for e in effects if e.stage.table == name]
         values |= _effect_values(table, on, rated)
-    values |= checked.valve.gains()
+    values |= checked.valve.gains(values)
     values |= checked.cylinder.areas()
     return values
 

@@ -49,10 +49,9 @@ SET_POINTS = {
             "A",
             "set point of the coil current",
             0.0,
-            -2.0,
-            2.0,
+            -10.0,
+            10.0,
             "mA",
-            source="an INTEGER32 in nA carries 2.1 A",
         ),
     )
 }

@@ -1,5 +1,6 @@
 """Currents of a valve as shares of its rated current, and bounds relative to it."""
 
+import math
 from pathlib import Path
 
 import pytest
@@ -63,3 +64,16 @@ def test_a_share_without_a_rated_current_is_refused(tmp_path: Path) -> None:
     file.write_text(text + 'current_saturation = "off"\n', encoding="utf-8")
     with pytest.raises(UserError, match="a share of the rated current; give rated_current"):
         load([reference, file])
+
+
+@pytest.mark.parametrize(("passage", "narrowed"), [("off", 1.0), ("1.2 A", 1.0 / math.sqrt(2.0))])
+def test_a_sheets_flow_is_that_of_full_command(
+    tmp_path: Path, passage: str, narrowed: float
+) -> None:
+    """Of 1.6 A an overlap of 25 % leaves an opening of 1.2 A, which passes the nominal flow.
+
+    A passage that resists as much as the edge at 1.2 A narrows that opening by the root of two.
+    """
+    text = SOLENOID + f'overlap = "25 %"\nflow_saturation = "{passage}"'
+    gain = loaded(tmp_path, text).plant["valve_gain"]
+    assert gain * 1.2 * narrowed * math.sqrt(5e5) == pytest.approx(40e-3 / 60)
