@@ -38,6 +38,9 @@ def run(
         results = characterise([test], bench, out, progress.say, overwrite=overwrite)
     for group in grouped(results):
         click.echo(f"{group.summary}\n{text_table(_HEADER, map(_row, group.rows))}\n")
+    reasons = [(r.name, reason) for r in results for reason in r.inapplicable]
+    if reasons:
+        click.echo(f"does not apply:\n{text_table(('test', 'reason'), reasons)}\n")
     click.echo(f"{S1}\n{S2}\n")
     click.echo(f"written to {near(out)}: open {near(out / 'index.html')}")
 

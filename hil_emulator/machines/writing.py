@@ -4,8 +4,6 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from hil_emulator.machines import sizing
 from hil_emulator.machines.questions import (
     FIXED,
@@ -30,6 +28,9 @@ BULK_MODULUS = 1.3e9
 SLOT = 0.25e-3
 """Height of an edge's slot at the rated current [m] (assumed)."""
 
+
+_CONVERGED = 60
+"""Steps of a fixed point whose error falls by three or more in each."""
 
 TOLERANCES = {"assumed": "50 %", "from memory": "20 %"}
 """What `identify` may believe of a number, by a word of where it comes from (assumed)."""
@@ -181,10 +182,12 @@ def _null(sheet: ValveSheet) -> Iterator[Assignment]:
         if part := sheet.get(name):
             why = f"of the rated current: {sheet.origins[name]}"
             yield Assignment(name, _shown(part, "1", "%"), why)
-    if (excess := sheet.get("port_b_flow", 1.0) - 1.0) != 0.0:
-        for edge in ("gain_sb", "gain_bt"):
-            why = f"less or more flow at port b: {sheet.origins['port_b_flow']}"
-            yield Assignment(edge, _shown(excess, "1", "%"), why)
+    if (share := sheet.get("port_b_flow", 1.0)) != 1.0:
+        for edge in ("sb", "bt"):
+            why = f"flow at port b: {sheet.origins['port_b_flow']}"
+            yield Assignment(f"gain_{edge}", _shown(share - 1.0, "1", "%"), why)
+            if lap := sheet.get("overlap") * (1.0 - 1.0 / share):
+                yield Assignment(f"lap_{edge}", _shown(lap, "1", "%"), "opens where the others do")
     opening = clearance(sheet)
     if opening > 0.0:
         leak = _leak(sheet, "null_leakage")
@@ -212,8 +215,10 @@ def clearance(sheet: ValveSheet) -> float:
     fourth = 0.5 * (leak**4 + leak**2 * math.sqrt(leak**4 + 4.0 * critical**4))
     turbulent = math.sqrt(math.sqrt(fourth))
     opening = turbulent / sheet.flow(half) * sheet.full_opening
-    cubed = np.roots([1.0, 0.0, -(opening**2), -2.0 * lap * opening**2])
-    return min(at_rated_current(land_leakage.knob, rated).high, float(cubed.real.max()))
+    worth = opening
+    for _ in range(_CONVERGED):
+        worth = math.cbrt(opening**2 * (worth + 2.0 * lap))
+    return min(at_rated_current(land_leakage.knob, rated).high, worth)
 
 
 def _leak(sheet: ValveSheet, name: str) -> str:
