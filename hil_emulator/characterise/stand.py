@@ -128,7 +128,7 @@ class Bench:
 
     @property
     def null_opening(self) -> float:
-        """Opening at null of edges that do not overlap [A]: underlap, and what leaking lands add."""
+        """Opening at null of edges without overlap [A]: underlap, and what leaking lands add."""
         return self.value("underlap_lap") + self.value("land_leakage_clearance")
 
     def stand(self, changes: Mapping[str, float], period: float = 1e-3) -> Stand:

@@ -1,5 +1,6 @@
 """Valves with a dead band, hysteresis and a slow spool: what applies, and its numbers."""
 
+import json
 import math
 from collections.abc import Callable
 
@@ -17,6 +18,7 @@ from hil_emulator.characterise.procedures import (
 )
 from hil_emulator.characterise.result import Agreement, BenchResult
 from hil_emulator.characterise.stand import Bench
+from hil_emulator.characterise.writing import as_json
 from hil_emulator.model.plant import Plant
 
 Put = Callable[..., Bench]
@@ -32,6 +34,7 @@ PROPORTIONAL = {
 
 def wrong(result: BenchResult) -> list[str]:
     """Return what differs from the machine's own numbers."""
+    json.dumps(as_json(result))  # what the command writes
     own_rows = [c for c in result.comparisons if c.kind is not Agreement.DOCUMENT]
     assert own_rows
     return [f"{c.quantity}: {c.measured:.4g}, {c.expected:.4g}" for c in own_rows if not c.agrees]
@@ -53,6 +56,7 @@ def test_null_is_where_overlapped_lands_leak(bench: Put, test: object) -> None:
 def test_the_configured_dead_band_comes_back(bench: Put) -> None:
     """2 mA less the clearance of 28 uA; a valve without overlap has no such number."""
     result = lap.run(bench(**PROPORTIONAL))
+    assert wrong(result) == []
     (half,) = (c for c in result.comparisons if c.quantity.endswith("as configured"))
     assert half.measured == pytest.approx(2000.0 - 28.0, rel=0.01)
     assert any("no overlap" in reason for reason in lap.run(bench()).inapplicable)

@@ -5,6 +5,8 @@ dp_n2 = p_s - p_t = 2 dp_n1 (S1 eq. 3.7). The slope of the flow curve beyond the
 the valve gain K_v = q_n/(u_n sqrt(dp_n1)) (S1 eq. 3.8).
 """
 
+import math
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -46,7 +48,7 @@ def run(bench: Bench) -> BenchResult:
     current, flow = flow_curve(bench)
     rated, edges = bench.rated_current, Edges.of(bench)
     both = [_gain(edges, current, flow, sign) for sign in (1.0, -1.0)]
-    root = bench.value("valve_gain") * np.sqrt(NOMINAL_DROP / 2.0)
+    root = bench.value("valve_gain") * math.sqrt(NOMINAL_DROP / 2.0)
     # hysteresis and threshold may keep the spool from its full opening
     reached = min(0.99 * rated, float(current.max()))
     whole = edges.in_series(rated)
