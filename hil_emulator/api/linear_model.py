@@ -16,7 +16,7 @@ from hil_emulator.model.constants import S1
 from hil_emulator.model.equilibrium import NoEquilibriumError
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.linearise import Linearisation, rest, steady_motion
-from hil_emulator.model.smoothed import OVERLAP, at_the_edge, left_out, sliding
+from hil_emulator.model.smoothed import JUMP, OVERLAP, at_the_edge, left_out, sliding
 from hil_emulator.pages import drawing
 from hil_emulator.pages.palette import BLUE, GREEN, VERMILION
 from hil_emulator.platform.paths import cache_folder
@@ -114,7 +114,7 @@ def linearised(config: Configuration, position: float | None, current: float) ->
     where = config.plant["initial_position"] if position is None else position
     if not 0.0 < where < stroke:
         raise UserError(f"position {where * 1e3:g} mm is outside the stroke of {stroke * 1e3:g} mm")
-    lap = config.plant.get(OVERLAP, 0.0)
+    lap = config.plant.get(OVERLAP, 0.0) - config.plant.get(JUMP, 0.0)
     if current and abs(current) <= lap:
         raise UserError(
             f"{current * 1e3:g} mA is within the dead band of ±{lap * 1e3:g} mA: the rod does not "

@@ -107,7 +107,7 @@ def _value(table: StrictTable, param: Param, name: str, rated: float) -> float:
     value = getattr(table, param.name)
     if value is None:
         return math.nan
-    by_default = name == rating.TABLE and param.name not in table.model_fields_set
+    by_default = name in rating.TABLES and param.name not in table.model_fields_set
     return float(value) * (rating.scale(param, rated) if by_default else 1.0)
 
 

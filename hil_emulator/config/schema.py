@@ -34,7 +34,7 @@ from hil_emulator.model.stages import SAMPLED
 
 
 def _reader(param: Param, table: str, words: Mapping[str, float] | None = None) -> QuantityReader:
-    kind = RatedReader if table == rating.TABLE and rating.depends(param) else QuantityReader
+    kind = RatedReader if table in rating.TABLES and rating.depends(param) else QuantityReader
     return kind(param, words or {})
 
 
@@ -111,6 +111,7 @@ MEANINGS = {
     "supply": "Supply pressure, pump, accumulator and pressure line.",
     "tank": "Return line and its pressure.",
     "valve": "Servo valve: rating or gain, spool, metering edges and driver.",
+    "driver": "Driver of the valve, on board or apart: ramp, dead band, spool feedback, dither.",
     "lines": "Lines, load-holding and relief valves between valve and cylinder.",
     "cylinder": "Cylinder: areas or diameters, stroke, volumes, leakage, cushions and end stops.",
     "oil": "Oil: stiffness, density, viscosity, temperature and gas.",

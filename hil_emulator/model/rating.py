@@ -8,8 +8,8 @@ REFERENCE_CURRENT = 0.01
 """Rated current at which the declarations of the valve hold [A] (Moog E024 in public HyQ scripts).
 """
 
-TABLE = "valve"
-"""The configuration table whose currents are relative to the rated current."""
+TABLES = ("valve", "driver")
+"""The configuration tables whose currents are relative to the rated current."""
 
 _POWERS = {"A": 1, "A/s": 1, "m/A": -1}
 

@@ -5,13 +5,16 @@ from collections.abc import Mapping
 FRICTION_OF_SPOOL = {"threshold_current": "threshold", "hysteresis_width": "hysteresis"}
 """Effects that keep the spool where it is while the current changes a little, by field."""
 
-OVERLAP = "overlap_lap"
-"""Field of the travel before an edge opens."""
+DITHER = "dither_amplitude"
+"""Field of the ripple of the current, under which nothing is at rest."""
+
+OVERLAP, JUMP = "overlap_lap", "dead_band_compensation_jump"
+"""Fields of the travel before an edge opens, and of the jump over it."""
 
 
 def sliding(values: Mapping[str, float]) -> dict[str, float]:
     """Return the parameters of the same valve whose spool slides freely."""
-    return {**values, **dict.fromkeys(FRICTION_OF_SPOOL, 0.0)}
+    return {**values, **dict.fromkeys((*FRICTION_OF_SPOOL, DITHER), 0.0)}
 
 
 def at_the_edge(values: Mapping[str, float]) -> dict[str, float]:
@@ -19,7 +22,7 @@ def at_the_edge(values: Mapping[str, float]) -> dict[str, float]:
 
     A driver that compensates the dead band jumps from one edge to the other.
     """
-    return {**values, OVERLAP: 0.0}
+    return {**values, OVERLAP: 0.0, JUMP: 0.0}
 
 
 def left_out(values: Mapping[str, float], *, at_rest: bool) -> list[str]:
@@ -37,6 +40,8 @@ def left_out(values: Mapping[str, float], *, at_rest: bool) -> list[str]:
             f"{' and '.join(names).capitalize()}: the spool slides. Currents that change by less "
             "do not move it."
         )
+    if values.get(DITHER, 0.0):
+        sentences.append("Dither: the model is that of the mean current.")
     lap = values.get(OVERLAP, 0.0)
     if lap and at_rest:
         sentences.append(

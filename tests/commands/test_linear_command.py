@@ -85,6 +85,15 @@ def test_a_dead_band_is_left_out_at_rest_and_kept_in_motion(tmp_path: Path) -> N
     rest = json.loads(linear("--json", str(lap))[1])
     assert "Within ±2 mA only leakage" in rest["left_out"][0]
     assert rest["coefficients"]["k_qa"] > 0.0
+    driver = tmp_path / "driver.toml"
+    driver.write_text(
+        '[driver]\ndead_band_compensation = "20 %"\ndither = "1 %"\nspool_feedback = "5 Hz"\n'
+        'ramp = "0.1 A/s"\n',
+        encoding="utf-8",
+    )
+    driven = json.loads(linear("--json", str(lap), str(driver))[1])
+    assert driven["left_out"][0] == "Dither: the model is that of the mean current."
+    assert driven["coefficients"]["k_qa"] == pytest.approx(rest["coefficients"]["k_qa"])
     code, text = linear(str(lap), "--current", "1.5 mA")
     assert code == 2
     assert "within the dead band of ±2 mA" in text
