@@ -1,14 +1,16 @@
 """The linear model at an operating point, three ways."""
 
+import contextlib
 import dataclasses
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hil_emulator.api.picture import Picture
+from hil_emulator.config.assumed import moved_defaults, rests_on
 from hil_emulator.config.load import Configuration
 from hil_emulator.errors import UserError
 from hil_emulator.model import linear as s1
@@ -30,6 +32,9 @@ _DECADES = np.logspace(-1, 3, 400)
 
 _DPI = 110.0
 
+_STILL = 1e-3
+"""Distance of a pole from the origin that counts as zero [rad/s] (assumed): rounding."""
+
 
 @dataclass(frozen=True)
 class LinearModel:
@@ -41,6 +46,8 @@ class LinearModel:
         zero_lap: the same of sharp lands without leakage, which S1 has; at rest those of extension.
         responses: each form's transfer functions from valve current to both forces.
         left_out: what no linear model has and the machine does, one sentence each.
+        assumed: fields of the defaults that a number rests on, by its name in `numbers`: one
+            spread of such a default moves the number by more than 10 %.
 
     """
 
@@ -49,6 +56,17 @@ class LinearModel:
     zero_lap: dict[str, float]
     responses: dict[str, dict[str, Any]]
     left_out: list[str]
+    assumed: dict[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Coefficients, and the distance of each form's poles from the origin [rad/s]."""
+        poles = {
+            pole_name(form, i): abs(pole) if abs(pole) > _STILL else 0.0
+            for form, responses in self.responses.items()
+            for i, pole in enumerate(one_of_each_pair(responses["load_force"].poles))
+        }
+        return {**self.coefficients, **poles}
 
     @property
     def operating_point(self) -> str:
@@ -122,11 +140,17 @@ def linearised(config: Configuration, position: float | None, current: float) ->
         )
     kernel = compiled(config.effects, cache_folder())
     try:
-        return _forms(kernel, config, where, current)
+        model = _forms(kernel, config, where, current)
     except (NoEquilibriumError, ValueError) as error:
         raise UserError(
             f"no linear model at {where * 1e3:g} mm and {current * 1e3:g} mA: {error}"
         ) from None
+    others = {}
+    for name, value in moved_defaults(config).items():
+        other = replace(config, plant={**config.plant, name: value})
+        with contextlib.suppress(NoEquilibriumError, ValueError):
+            others[name] = _forms(kernel, other, where, current).numbers
+    return replace(model, assumed=rests_on(model.numbers, others))
 
 
 def _forms(kernel: Kernel, config: Configuration, where: float, current: float) -> LinearModel:
@@ -164,7 +188,17 @@ def _coefficients(machine: s1.LinearisedMachine, point: s1.OperatingPoint) -> di
     return dataclasses.asdict(valve) | sensitivities | force
 
 
+def one_of_each_pair(roots: Any) -> list[complex]:
+    """Return roots in the order of their distance from the origin, one of each pair."""
+    return sorted((complex(r) for r in roots if np.imag(r) >= 0.0), key=abs)
+
+
+def pole_name(form: str, place: int) -> str:
+    """Return the name of a form's pole in `LinearModel.numbers`."""
+    return f"{form} pole {place + 1}"
+
+
 def _listed(roots: Any) -> str:
     """Return roots, slowest first, one of each pair."""
-    upper = sorted((complex(r) for r in roots if np.imag(r) >= 0.0), key=abs)
+    upper = one_of_each_pair(roots)
     return ", ".join(f"{r.real:.4g} ± {r.imag:.4g}j" if r.imag else f"{r.real:.4g}" for r in upper)

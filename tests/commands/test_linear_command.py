@@ -100,3 +100,19 @@ def test_a_dead_band_is_left_out_at_rest_and_kept_in_motion(tmp_path: Path) -> N
     moving = json.loads(linear("--json", str(lap), "--current", "3 mA")[1])
     assert moving["operating_point"]["velocity"] > 0.0
     assert moving["left_out"] == []
+
+
+def test_a_number_that_rests_on_a_default_is_marked(tmp_path: Path) -> None:
+    """What leaks through the lands is laminar: its pole rests on the edges' Reynolds number.
+
+    A file that states the number takes its mark away; flow gain and stiffness rest on no default.
+    """
+    field = "valve_critical_reynolds_number"
+    marks = json.loads(linear("--json")[1])["rests_on_assumed"]
+    assert any(field in fields for name, fields in marks.items() if name.startswith("exact pole"))
+    assert not {"k_qa", "k_xp"} & marks.keys()
+    assert "rests on an assumed valve_critical" in linear()[1]
+    file = tmp_path / "stated.toml"
+    file.write_text("[valve]\ncritical_reynolds_number = 14.7\n", encoding="utf-8")
+    stated = json.loads(linear("--json", str(file))[1])["rests_on_assumed"]
+    assert not any(field in fields for fields in stated.values())
