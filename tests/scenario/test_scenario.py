@@ -87,7 +87,7 @@ EXPECT = '[[expect]]\nframe = "0x085"\nseen = false\n'
         ('[[expect]]\nwithin = ["1 mm", "2 mm"]\n', "name either a signal or a frame"),
         ("", "expect: is missing"),
         ('[[step]]\nat = "1e300 s"\n' + EXPECT, r"step\.1\.at: .* 0 s \.\.\. 1e\+06 s"),
-        ('[[step]]\nset = { supply_pressure = "inf bar" }\n' + EXPECT, "outside 1 bar ... 1000"),
+        ('[[step]]\nset = { supply_pressure = "inf bar" }\n' + EXPECT, "outside 1 bar ... 700"),
         ('[[step]]\nset = { valve_current = "30 A" }\n' + EXPECT, "outside -10000 mA ... 10000 mA"),
         ("[[step]]\nset = 5\n" + EXPECT, "unknown key in set"),
         ('[[step]]\nfault = ["a"]\n' + EXPECT, "fault"),
