@@ -46,7 +46,7 @@ def _responses(bench: Bench, hertz: float, rest: linearise.Linearisation) -> lis
     stroke, omega = bench.value("cylinder_stroke"), 2.0 * math.pi * hertz
     quick = quickness(bench)
     period = bench.period(_PERIOD / quick)
-    smooth = bench.smooth() | at_the_edge({})
+    smooth = at_the_edge({**bench.values, **bench.smooth()})
     stand = bench.stand(smooth | {"initial_position": 0.5 * stroke}, period)
     for name, value in rest.equilibrium.items():
         stand.plant.state[name] = value
