@@ -13,6 +13,7 @@ Eq. 3.29-3.32 hold in motion where v_a = alpha v_b, or where no flow depends on 
 Signs as in `actuator`: q_b > 0 out of chamber b, hence K_cb <= 0.
 """
 
+import cmath
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -35,7 +36,7 @@ class LinearisedMachine:
     gain: float
     """Valve gain [K_v]."""
     underlap: float
-    """Opening of every edge at null [u_0], underlap or clearance; S1 has zero lap."""
+    """Opening of every edge at null [u_0], underlap or clearance less overlap; S1 has zero lap."""
     supply_pressure: float
     tank_pressure: float
     area: float
@@ -55,6 +56,8 @@ class LinearisedMachine:
     natural_frequency: float
     """Natural frequency of the spool [rad/s]."""
     damping_ratio: float
+    edge_gains: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    """Gains of the edges s-a, a-t, s-b and b-t over the valve's; S1 has equal ones."""
 
     @classmethod
     def of(cls, values: Mapping[str, float]) -> "LinearisedMachine":
@@ -66,7 +69,8 @@ class LinearisedMachine:
         return cls(
             gain=values_by_name["valve_gain"],
             underlap=values_by_name.get("underlap_lap", 0.0)
-            + values_by_name.get("land_leakage_clearance", 0.0),
+            + values_by_name.get("land_leakage_clearance", 0.0)
+            - values_by_name.get("overlap_lap", 0.0),
             supply_pressure=values_by_name["supply_pressure"],
             tank_pressure=values_by_name["tank_pressure"],
             area=values_by_name["cylinder_piston_area"],
@@ -80,7 +84,14 @@ class LinearisedMachine:
             load_friction=values_by_name.get("load_viscous_friction_coefficient", 0.0),
             natural_frequency=2.0 * math.pi * values_by_name["valve_natural_frequency"],
             damping_ratio=values_by_name["valve_damping_ratio"],
+            edge_gains=_edge_gains(values_by_name),
         )
+
+    @property
+    def spool_pole(self) -> complex:
+        """Pole of the spool, upper half plane [rad/s] (S1 eq. 3.4); real if it does not swing."""
+        d = complex(self.damping_ratio)
+        return self.natural_frequency * (cmath.sqrt(d * d - 1.0) - d)
 
     def volumes(self, position: float) -> tuple[float, float]:
         """Return the volumes of both chambers [m³] (S1 eq. 3.13, 3.14)."""
@@ -88,6 +99,15 @@ class LinearisedMachine:
             self.dead_volume_a + self.area * position,
             self.dead_volume_b + self.ratio * self.area * (self.stroke - position),
         )
+
+
+def _edge_gains(values: Mapping[str, float]) -> tuple[float, float, float, float]:
+    side = values.get("gain_asymmetry_asymmetry", 0.0)
+    sa, at, sb, bt = (
+        (1.0 + values.get(f"gain_{edge}_excess", 0.0)) * (1.0 + sense * side)
+        for edge, sense in (("sa", 1.0), ("at", -1.0), ("sb", -1.0), ("bt", 1.0))
+    )
+    return sa, at, sb, bt
 
 
 @dataclass(frozen=True)
@@ -155,14 +175,15 @@ def valve_coefficients(machine: LinearisedMachine, point: OperatingPoint) -> Val
     if min(drops) <= 0.0:
         raise ValueError("the linear model needs both pressures between tank and supply pressure")
     root_sa, root_at, root_sb, root_bt = (math.sqrt(drop) for drop in drops)
+    sa, at, sb, bt = machine.edge_gains
     opens, closes = max(0.0, u_0 + u), max(0.0, u_0 - u)
     extends = float(u > -u_0 or u == 0.0)
     retracts = float(u < u_0)
     return ValveCoefficients(
-        k_qa=gain * (extends * root_sa + retracts * root_at),
-        k_qb=gain * (extends * root_bt + retracts * root_sb),
-        k_ca=0.5 * gain * (opens / root_sa + closes / root_at),
-        k_cb=-0.5 * gain * (opens / root_bt + closes / root_sb),
+        k_qa=gain * (extends * sa * root_sa + retracts * at * root_at),
+        k_qb=gain * (extends * bt * root_bt + retracts * sb * root_sb),
+        k_ca=0.5 * gain * (sa * opens / root_sa + at * closes / root_at),
+        k_cb=-0.5 * gain * (bt * opens / root_bt + sb * closes / root_sb),
     )
 
 
