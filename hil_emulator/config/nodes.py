@@ -17,7 +17,7 @@ from hil_emulator.model.declare import Param
 UNCONFIGURED = 0xFF
 """Node-ID of a device that has none yet (CiA 305)."""
 
-SAFE_CURRENT = Param("safe_current", "A", "set point without a controller", 0.0, -0.1, 0.1, "mA")
+SAFE_CURRENT = Param("safe_current", "A", "set point without a controller", 0.0, -10.0, 10.0, "mA")
 
 _IDENTITY = {
     "vendor_id": (0x1018, 1),
