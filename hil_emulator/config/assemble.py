@@ -102,6 +102,7 @@ def _plant_values(checked: Any, effects: Sequence[Effect]) -> dict[str, float]:
         values |= _effect_values(table, [e for e in effects if e.stage.table == name])
     values |= checked.valve.gains()
     values |= checked.cylinder.areas()
+    values |= checked.load.weight(values["load_mass"])
     return values
 
 

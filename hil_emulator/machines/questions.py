@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-from hil_emulator.config import tables
+from hil_emulator.config import datasheet, tables
 from hil_emulator.config.table import QuantityReader
 from hil_emulator.errors import UserError, brief
 from hil_emulator.machines.valve_sheet import GIVEN, PRINTED, UNSTATED, ValveSheet, library
@@ -163,9 +163,16 @@ def _precharge_too_high(answers: Answers) -> str:
     return "an accumulator works only where its pre-charge is below the supply pressure"
 
 
+def weight(answers: Answers) -> float:
+    """Return the weight of the load along the rod [N]."""
+    if "slope" in answers:
+        return datasheet.weight(number(answers, "mass"), number(answers, "slope"))
+    return number(answers, "weight")
+
+
 def _too_heavy(answers: Answers) -> str:
     pull = number(answers, "supply_pressure") * piston_area(answers)
-    if abs(number(answers, "weight")) < pull:
+    if abs(weight(answers)) < pull:
         return ""
     return f"the cylinder lifts no more than {show(pull, 'N', 'kN')}; take a larger bore"
 
@@ -234,8 +241,10 @@ QUESTIONS = (
              wrong=_precharge_too_high),
     Inquiry("line_length", "Length of each line from valve to cylinder", 0.3, LINE),
     Inquiry("mass", "Mass that the rod moves", 100.0, _base("load", "mass")),
+    Inquiry("slope", "Angle of the rod over the horizontal, in place of the weight", 0.0,
+             tables.SLOPE, asked=lambda a: False, wrong=_too_heavy),
     Inquiry("weight", "Its weight along the rod, positive against extension", 0.0, WEIGHT,
-             wrong=_too_heavy),
+             applies=lambda a: "slope" not in a, wrong=_too_heavy),
     Inquiry("node_id", "CANopen node-ID", 5.0, NODE),
 )  # fmt: skip
 """Every question, in the order in which they are put."""
@@ -276,6 +285,8 @@ def _read(question: Inquiry, text: str, answers: Answers) -> Answer:
 
 
 def _governing(question: Inquiry) -> str:
+    if question.name == "weight":
+        return "--slope"
     return "--pump and --accumulator" if question.applies is _stored else "--pump"
 
 

@@ -231,7 +231,9 @@ def _cylinder(answers: Answers) -> Iterator[Assignment]:
 
 def _load(answers: Answers) -> Iterator[Assignment]:
     yield _asked(answers, "mass", "mass")
-    if number(answers, "weight"):
+    if "slope" in answers:
+        yield _asked(answers, "slope", "slope")
+    elif number(answers, "weight"):
         yield _asked(answers, "weight", "gravity")
 
 

@@ -321,3 +321,27 @@ def test_the_digest_changes_with_the_content_only(layer: Layer) -> None:
     assert load([copy]).digest == load([REFERENCE]).digest
     other = layer('[load]\nmass = "51 kg"')
     assert load([REFERENCE, other]).digest != load([REFERENCE]).digest
+
+
+def test_a_slope_stands_for_the_weight_along_the_rod(layer: Layer) -> None:
+    """F = m g sin(slope); 500 kg at 30 degrees: 2452 N, against extension where it lifts."""
+    sloped = layer('[load]\nmass = "500 kg"\nslope = "30 deg"')
+    assert load([REFERENCE, sloped]).plant["gravity_force"] == pytest.approx(500 * 9.80665 / 2)
+    hanging = layer('[load]\nslope = "-90 deg"')
+    assert load([REFERENCE, hanging]).plant["gravity_force"] == pytest.approx(-50 * 9.80665)
+
+
+def test_a_slope_displaces_the_weight_of_an_earlier_file(layer: Layer) -> None:
+    """And the other way about; both in one file contradict each other."""
+    weight, slope = layer('[load]\ngravity = "100 N"'), layer('[load]\nslope = "10 deg"')
+    assert load([REFERENCE, slope, weight]).plant["gravity_force"] == pytest.approx(100.0)
+    tilted = load([REFERENCE, weight, slope]).plant["gravity_force"]
+    assert tilted == pytest.approx(50 * 9.80665 * math.sin(math.radians(10)))
+    both = layer('[load]\ngravity = "100 N"\nslope = "10 deg"')
+    assert "either gravity" in mistakes(REFERENCE, both)[0]
+
+
+def test_the_tolerance_of_a_slope_is_that_of_the_weight(layer: Layer) -> None:
+    """`identify` fits the weight that follows from it."""
+    uncertain = layer('[load]\nslope = { value = "10 deg", tolerance = "20 %" }')
+    assert load([REFERENCE, uncertain]).tolerances["gravity_force"] == pytest.approx(0.2)

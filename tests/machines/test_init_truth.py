@@ -13,6 +13,7 @@ from hil_emulator.__main__ import main
 from hil_emulator.commands.check import warnings
 from hil_emulator.commands.init import STEPS, default_answer
 from hil_emulator.config.load import Configuration, load_rig
+from hil_emulator.errors import UserError
 from hil_emulator.machines.node_sheet import electronic_data_sheet
 from hil_emulator.machines.questions import Answers, answered
 from hil_emulator.machines.valve_sheet import library
@@ -100,6 +101,17 @@ def test_a_half_given_accumulator_names_the_half() -> None:
     given = {"pump": "fixed", "accumulator": "2 l"}
     assert "# accumulator as you gave it, else default" in text_of(given)[1]
     assert "# as you gave it" in text_of(given | {"precharge": "90 bar"})[1]
+
+
+def test_a_slope_stands_for_the_weight(tmp_path: Path) -> None:
+    """500 kg at 30 degrees are 2452 N along the rod; a slope and a weight contradict each other."""
+    given = RIG | {"slope": "30 deg"}
+    assert 'slope = "30 deg"                    # as you gave it' in text_of(given)[1]
+    assert loaded(tmp_path, given).plant["gravity_force"] == pytest.approx(2451.7, abs=0.1)
+    with pytest.raises(UserError, match=r"--weight: means nothing here, see --slope"):
+        text_of(given | {"weight": "3 kN"})
+    with pytest.raises(UserError, match=r"--slope: the cylinder lifts no more than 65.4"):
+        text_of(given | {"mass": "50 t"})
 
 
 def test_the_pump_limits_the_speed_that_is_printed(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from hil_emulator.model.effects import (
     edges,
     element,
     friction,
+    guides,
     heat,
     line_waves,
     lines,
@@ -36,6 +37,7 @@ CATALOGUE: tuple[Effect, ...] = (
     *friction.EFFECTS,
     *coupling.EFFECTS,
     *load.EFFECTS,
+    *guides.EFFECTS,
     *element.EFFECTS,
     *transducer.EFFECTS,
 )
