@@ -345,3 +345,14 @@ def test_the_tolerance_of_a_slope_is_that_of_the_weight(layer: Layer) -> None:
     """`identify` fits the weight that follows from it."""
     uncertain = layer('[load]\nslope = { value = "10 deg", tolerance = "20 %" }')
     assert load([REFERENCE, uncertain]).tolerances["gravity_force"] == pytest.approx(0.2)
+
+
+def test_a_packaged_layer_has_what_the_documents_describe(layer: Layer) -> None:
+    """The bandwidth follows the supply pressure, 160 of 210 bar; the film lags; vapour at 0.6."""
+    documented = REFERENCE.with_name("hyq_documented.toml")
+    before, after = load([REFERENCE]).plant, load([REFERENCE, documented]).plant
+    assert before["supply_pressure"] < after["pilot_supply_rated_pressure"]
+    added = after.keys() - before.keys()
+    assert {"film_lag_strength", "cavitation_floor_pressure_floor", "pilot_supply_share",
+            "friction_asymmetry_asymmetry", "position_friction_rise"} <= added  # fmt: skip
+    assert before.items() <= after.items()
