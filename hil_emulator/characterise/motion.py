@@ -1,7 +1,7 @@
 """A position controller that moves the rod along a path through its own valve.
 
-Proportional, with the current that the wanted speed needs fed forward. It sees the position
-sensor, as a controller on a real bench would.
+Proportional, with the current that the wanted speed needs fed forward, and with a jump over the
+valve's dead band. It sees the position sensor, as a controller on a real bench would.
 """
 
 import math
@@ -12,6 +12,13 @@ from hil_emulator.characterise.stand import Bench, BenchRecord, Stand
 
 _BANDWIDTH = 20.0
 """Of the position loop [rad/s], far below the resonance of the reference machine (assumed)."""
+
+
+_OF_SPOOL = 0.2
+"""Of the spool's natural frequency, which the position loop has to stay below (assumed)."""
+
+_JUMP = 2e-3
+"""Of the rated current: within it the dead band is jumped from edge to edge (assumed)."""
 
 
 class Mover:
@@ -27,10 +34,17 @@ class Mover:
         par = stand.plant.parameters
         drop = 0.5 * float(par.supply_pressure - par.tank_pressure)
         area = float(par.cylinder_piston_area)
-        self._bandwidth = _BANDWIDTH * min(1.0, quickness(bench))
+        spool = _OF_SPOOL * 2.0 * math.pi * bench.value("valve_natural_frequency")
+        self._bandwidth = min(_BANDWIDTH * min(1.0, quickness(bench)), spool)
         self._speed_gain = bench.value("valve_gain") * math.sqrt(drop) / area
+        self._lap = bench.value("overlap_lap")
+        self._width = _JUMP * bench.rated_current
         self._stand = stand
         self._position = stand.sensors.names.index("position")
+
+    def _jumped(self, current: float) -> float:
+        """Return a current that jumps the dead band."""
+        return current + self._lap * math.tanh(current / self._width) if self._lap else current
 
     def follow(self, path: Iterator[tuple[float, float]]) -> BenchRecord:
         """Follow (position [m], velocity [m/s]), one pair per tick, and record."""
@@ -38,7 +52,7 @@ class Mover:
         reading, rows = stand.tick(0.0), []
         for position, velocity in path:
             error = position - reading[self._position]
-            current = (velocity + self._bandwidth * error) / self._speed_gain
+            current = self._jumped((velocity + self._bandwidth * error) / self._speed_gain)
             rows.append(stand.row(current))
             reading = stand.sensors.reading
         return stand.recording(rows)

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from hil_emulator.characterise.result import BenchResult, grouped
+from hil_emulator.model.constants import S1, S2
 from hil_emulator.pages.render import render
 
 _TITLE = "Bench tests of the emulated actuator"
 
 _SOURCES = (
-    "S1: T. Boaventura, Hydraulic Compliance Control of the Quadruped Robot HyQ, chapter 3. "
-    "S2: Analysis of the Nonlinearities in the Hydraulic Actuators. Of their figures only what is "
+    f"{S1}. {S2}. Of their figures only what is "
     "stated in numbers is drawn; of S1 Fig. 3.11 and S2 Fig. 1 to 4 no numbers are known here."
 )
 

@@ -13,6 +13,8 @@ SET_HIGH = 280e5
 
 _HELD = 1.0  # each opening of the valve [s]
 _POINTS = 21
+_PIPE = 1e-3  # oil in each pipe behind a valve of the reference's size [m³]
+_TIME_CONSTANTS = 10.0  # after which 0.005 % of a step are left
 _FROM, _TO = 20e5, 265e5  # pressures at which a pump is loaded [Pa]
 
 
@@ -36,12 +38,22 @@ def pump_circuit(bench: Bench, changes: dict[str, float]) -> Stand:
     """Return a pump whose flow goes through the valve and back, by pipes that are soon steady."""
     size = bench.valve_size
     pipes = {
-        "cylinder_dead_volume_a": size * 1e-3,
-        "cylinder_dead_volume_b": size * 1e-3,
+        "cylinder_dead_volume_a": size * _PIPE,
+        "cylinder_dead_volume_b": size * _PIPE,
         "internal_leakage_conductance": size * 1e-8,
     }
     alone = bench.off("supply", "tank", "valve", keep=("underlap", "land_leakage"))
     return bench.stand(alone | bench.joined() | pipes | changes)
+
+
+def settling(bench: Bench, flow: float, pressure: float) -> int:
+    """Return after how many openings held the pipes' oil takes no heat for its compression.
+
+    Ten time constants of both pipes behind the valve's edges, C R = (2 V/E) (2 dp/q).
+    """
+    volume = 2.0 * bench.valve_size * _PIPE
+    seconds = _TIME_CONSTANTS * volume / bench.value("oil_bulk_modulus") * 2.0 * pressure / flow
+    return max(3, math.ceil(seconds / _HELD))
 
 
 def steady(stand: Stand, current: float, names: Sequence[str]) -> list[float]:

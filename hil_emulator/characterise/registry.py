@@ -57,6 +57,7 @@ def characterise(
 ) -> list[BenchResult]:  # fmt: skip
     """Perform bench tests on an emulated actuator and write what they find.
 
+    The tests command the coil: ramps, compensation, spool feedback and dither of a driver are off.
     For each test a table (CSV), everything (JSON) and a picture (PNG); for all of them together
     `index.html`. They appear when all tests are done.
 
@@ -73,6 +74,7 @@ def characterise(
 
     """
     tests = chosen(names)
+    bench = dataclasses.replace(bench, values={**bench.values, **bench.off("driver")})
     index = out / "index.html"
     every = [file for test in tests for file in outputs(test.name, out)]
     refuse_existing([index, *every], overwrite=overwrite)

@@ -120,6 +120,7 @@ class BenchResult:
         columns: the table, by column name; all of the same length.
         comparisons: what the summary shows.
         notes: what a reader of the numbers has to know.
+        inapplicable: quantities that this machine does not have, each with the reason.
         figures: those of the documents that the picture shows too; of another machine than the
             documents' none, and the picture then draws nothing of them.
 
@@ -131,6 +132,7 @@ class BenchResult:
     columns: Mapping[str, Column]
     comparisons: Sequence[Comparison]
     notes: Sequence[str] = field(default=())
+    inapplicable: Sequence[str] = field(default=())
     figures: Sequence[DocumentFigure] = field(default=())
 
     def __getitem__(self, name: str) -> Series:

@@ -14,7 +14,12 @@ from numpy.typing import ArrayLike
 from hil_emulator.characterise.result import Series
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.plant import Plant
+from hil_emulator.model.rating import REFERENCE_CURRENT
 from hil_emulator.model.sampling import Sensors
+from hil_emulator.model.smoothed import FRICTION_OF_SPOOL
+
+_FULLY_OPEN = ("spool_stops_limit", "current_saturation_limit")
+"""Fields that hold the current of full opening; the stops are there unless stated elsewhere."""
 
 _CLAMPED = {"load_mass": 1e12}  # the largest force moves it by less than 1 um in a minute
 SMALL_CHAMBERS = {
@@ -28,9 +33,6 @@ SMALL_CHAMBERS = {
 _METER_CONDUCTANCE = 1e-7  # 0.01 bar at the nominal flow of the reference machine [m³/(s Pa)]
 _PIPE_VOLUME = 1e-2  # beside that meter [m³]
 _REFERENCE_OPENING = 6.68e-8  # its gain times its rated current [m³/(s √Pa)]
-
-RATED_CURRENT = 0.01
-"""Rated current where the configuration limits none [A] (Moog E024 in public HyQ scripts)."""
 
 
 @dataclass(frozen=True)
@@ -126,7 +128,7 @@ class Bench:
 
     @property
     def null_opening(self) -> float:
-        """Opening of every edge at null [A]: its underlap, and what its clearance is worth."""
+        """Opening at null of edges without overlap [A]: underlap, and what leaking lands add."""
         return self.value("underlap_lap") + self.value("land_leakage_clearance")
 
     def stand(self, changes: Mapping[str, float], period: float = 1e-3) -> Stand:
@@ -175,7 +177,7 @@ class Bench:
         The spool's threshold is its dry friction.
         """
         dry = self.off("friction", keep=("viscous_friction",))
-        return dry | {"threshold_current": 0.0, "hysteresis_width": 0.0}
+        return dry | dict.fromkeys(FRICTION_OF_SPOOL, 0.0)
 
     @property
     def valve_size(self) -> float:
@@ -203,5 +205,5 @@ class Bench:
     @property
     def rated_current(self) -> float:
         """Current that opens the valve fully [A]."""
-        limit = self.values.get("current_saturation_limit", np.inf)
-        return float(limit) if np.isfinite(limit) else RATED_CURRENT
+        limits = (self.values.get(f, np.inf) for f in _FULLY_OPEN)
+        return next((float(limit) for limit in limits if np.isfinite(limit)), REFERENCE_CURRENT)

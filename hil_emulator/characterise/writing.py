@@ -31,6 +31,7 @@ def as_json(result: BenchResult) -> dict[str, object]:
         "title": result.title,
         "procedure": result.procedure,
         "notes": list(result.notes),
+        "does_not_apply": list(result.inapplicable),
         "figures": [vars(figure) for figure in result.figures],
         "comparisons": [
             {

@@ -10,7 +10,9 @@ from hil_emulator.characterise.result import Comparison, grouped
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.commands.waiting import waiting
-from hil_emulator.config.load import load_whole
+from hil_emulator.config.load import Configuration, load_whole
+from hil_emulator.model.constants import S1, S2
+from hil_emulator.model.declare import Effect, is_on
 from hil_emulator.model.kernel import build
 from hil_emulator.platform.paths import cache_folder, near
 
@@ -37,7 +39,18 @@ def run(
         results = characterise([test], bench, out, progress.say, overwrite=overwrite)
     for group in grouped(results):
         click.echo(f"{group.summary}\n{text_table(_HEADER, map(_row, group.rows))}\n")
+    driven = [e.name for e in config.effects if e.stage.table == "driver" and _acts(e, config)]
+    if driven:
+        click.echo(f"left out: {', '.join(driven)} of [driver]; the tests command the coil\n")
+    reasons = [(r.name, reason) for r in results for reason in r.inapplicable]
+    if reasons:
+        click.echo(f"does not apply:\n{text_table(('test', 'reason'), reasons)}\n")
+    click.echo(f"{S1}\n{S2}\n")
     click.echo(f"written to {near(out)}: open {near(out / 'index.html')}")
+
+
+def _acts(effect: Effect, config: Configuration) -> bool:
+    return is_on(effect, config.plant.get(effect.field_of(effect.knob), effect.off))
 
 
 def _row(row: tuple[str, Comparison]) -> tuple[str, ...]:

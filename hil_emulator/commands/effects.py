@@ -10,6 +10,7 @@ import click
 
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.config.load import load
+from hil_emulator.model.constants import S1
 from hil_emulator.model.declare import Effect, Param
 from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.sensors import Channel
@@ -41,8 +42,10 @@ def effects(files: Sequence[Path], as_json: bool) -> None:
     ]
     click.echo(text_table(("table", "effect", "knob", "typical", "range", "off", "equation"), rows))
     click.echo(
-        "\nA sensor effect is set in [sensors.CHANNEL]; its values are shown as parts of the "
-        "channel's span."
+        "\nCurrents of the valve are those of a rated current of 10 mA, and scale with it. In a "
+        'configuration they may be shares of it, such as "20 %".\n'
+        "A sensor effect is set in [sensors.CHANNEL]; its values are shown as parts of the "
+        f"channel's span.\n{S1}"
     )
 
 

@@ -15,11 +15,14 @@ from hil_emulator.config.layers import Layers
 from hil_emulator.config.nodes import UNCONFIGURED, NodeSettings, NodeTable, node_settings
 from hil_emulator.config.partners import partner_settings
 from hil_emulator.config.plant import fmu_settings
+from hil_emulator.config.rated_current import rated_current
 from hil_emulator.config.schema import plant_tables
 from hil_emulator.config.table import StrictTable
 from hil_emulator.errors import UserError
+from hil_emulator.model import rating
 from hil_emulator.model.actuator import PARAMS
-from hil_emulator.model.declare import Effect
+from hil_emulator.model.declare import Effect, Param
+from hil_emulator.model.rating import REFERENCE_CURRENT
 from hil_emulator.model.stages import SAMPLED
 
 
@@ -54,7 +57,8 @@ def configuration(
             "failed stays so"
         )
     canonical = json.dumps(layers.merged, sort_keys=True, default=str).encode()
-    stated = _plant_values(checked, effects)
+    rated = rated_current(layers.merged)
+    stated = _plant_values(checked, effects, rated or REFERENCE_CURRENT)
     unsaid = _unsaid(checked, stated)
     return Configuration(
         tick_ns=round(rig.tick * 1e9),
@@ -70,6 +74,7 @@ def configuration(
         effects=effects,
         plant=stated | unsaid,
         unsaid=frozenset(unsaid),
+        rated_current=rated,
         stated=frozenset(_stated(checked, effects)),
         tolerances=layers.tolerances,
         sensors={name: _effect_values(getattr(checked.sensors, name), chain) for name in channels},
@@ -82,25 +87,39 @@ def configuration(
     )
 
 
-def _effect_values(table: StrictTable, effects: Sequence[Effect]) -> dict[str, float]:
-    """Return the parameters of the effects that a table sets, by record field."""
+def _effect_values(
+    table: StrictTable, effects: Sequence[Effect], rated: float = REFERENCE_CURRENT
+) -> dict[str, float]:
+    """Return the parameters of the effects that a table sets, by record field.
+
+    A default that is relative to the rated current [A] is that of the valve.
+    """
     return {
-        effect.field_of(param): getattr(chosen, param.name)
+        effect.field_of(param): _value(chosen, param, effect.stage.table, rated)
         for effect in effects
         if (chosen := getattr(table, effect.name, None)) is not None
         for param in effect.params
     }
 
 
-def _plant_values(checked: Any, effects: Sequence[Effect]) -> dict[str, float]:
+def _value(table: StrictTable, param: Param, name: str, rated: float) -> float:
+    """Return a value of a table, NaN if it is absent; a default of the valve at its rating."""
+    value = getattr(table, param.name)
+    if value is None:
+        return math.nan
+    by_default = name in rating.TABLES and param.name not in table.model_fields_set
+    return float(value) * (rating.scale(param, rated) if by_default else 1.0)
+
+
+def _plant_values(checked: Any, effects: Sequence[Effect], rated: float) -> dict[str, float]:
     values: dict[str, float] = {}
     for name in plant_tables(effects):
         table = getattr(checked, name)
         for param in PARAMS.get(name, ()):
-            value = getattr(table, param.name)
-            values[f"{name}_{param.name}"] = math.nan if value is None else value
-        values |= _effect_values(table, [e for e in effects if e.stage.table == name])
-    values |= checked.valve.gains()
+            values[f"{name}_{param.name}"] = _value(table, param, name, rated)
+        on = [e for e in effects if e.stage.table == name]
+        values |= _effect_values(table, on, rated)
+    values |= checked.valve.gains(values)
     values |= checked.cylinder.areas()
     values |= checked.load.weight(values["load_mass"])
     return values

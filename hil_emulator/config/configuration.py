@@ -37,6 +37,7 @@ class Configuration:
         fmu: the FMU that replaces the built-in plant, if there is one.
         unsaid: fields of `plant` that no file states: they are derived from others.
         stated: fields of `plant` that a file states.
+        rated_current: current at which the valve is fully open [A], where a file states one.
         tolerances: relative standard deviation of stated values by field, where a file states it.
         bench: the described parts of an actuator; values of the plant that it need not state are
             NaN, and so are all that depend on them.
@@ -65,6 +66,7 @@ class Configuration:
     supply_mates: tuple[str, ...] = ()
     unsaid: frozenset[str] = frozenset()
     stated: frozenset[str] = frozenset()
+    rated_current: float | None = None
     tolerances: Mapping[str, float] = field(default_factory=dict)
     fmu: FmuSettings | None = None
     partners: tuple[PartnerSettings, ...] = ()

@@ -10,6 +10,7 @@ from hil_emulator.config.bench import kind_of
 from hil_emulator.config.configuration import Configuration
 from hil_emulator.config.layers import Admit, laid
 from hil_emulator.config.mistakes import describe
+from hil_emulator.config.rated_current import KEY, rated_current
 from hil_emulator.config.schema import schema
 from hil_emulator.config.toml_file import read_text
 from hil_emulator.errors import UserError
@@ -62,7 +63,8 @@ def load_texts(
     kind = kind_of(layers.merged)
     model = schema(layers.effects, kind, on_bus=on_bus and kind.whole)
     try:
-        checked = model.model_validate(layers.merged)
+        context = {KEY: rated_current(layers.merged)}
+        checked = model.model_validate(layers.merged, context=context)
     except ValidationError as error:
         raise UserError(describe(error, model, layers.merged, layers.origin, files)) from None
     return configuration(checked, layers, files, texts)

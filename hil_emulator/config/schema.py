@@ -1,6 +1,6 @@
 """The schema, derived from the model's declarations, as pydantic models."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Annotated, Any
@@ -13,6 +13,7 @@ from hil_emulator.config.bus import BusTable
 from hil_emulator.config.nodes import NodeTable
 from hil_emulator.config.partners import PartnerTable
 from hil_emulator.config.plant import PlantTable
+from hil_emulator.config.rated_current import RatedReader
 from hil_emulator.config.table import QuantityReader, StrictTable
 from hil_emulator.config.tables import (
     ChannelTable,
@@ -26,14 +27,20 @@ from hil_emulator.config.tables import (
     ValveAside,
     ValveDatasheet,
 )
+from hil_emulator.model import rating
 from hil_emulator.model.actuator import PARAMS
 from hil_emulator.model.declare import Effect, Param
 from hil_emulator.model.sensors import CHANNELS, Channel
 from hil_emulator.model.stages import SAMPLED
 
 
-def _field(param: Param) -> Any:
-    return Annotated[float, QuantityReader(param)]
+def _reader(param: Param, table: str, words: Mapping[str, float] | None = None) -> QuantityReader:
+    kind = RatedReader if table in rating.TABLES and rating.depends(param) else QuantityReader
+    return kind(param, words or {})
+
+
+def _field(param: Param, table: str) -> Any:
+    return Annotated[float, _reader(param, table)]
 
 
 @dataclass(frozen=True)
@@ -45,7 +52,7 @@ class KnobAlone:
     @property
     def knob(self) -> QuantityReader:
         """Reader of the knob."""
-        return QuantityReader(self.effect.knob, {"off": self.effect.off})
+        return _reader(self.effect.knob, self.effect.stage.table, {"off": self.effect.off})
 
     def __get_pydantic_json_schema__(
         self, core_schema: Any, handler: GetJsonSchemaHandler
@@ -64,7 +71,7 @@ def _effect_table(effect: Effect) -> Any:
     fields: dict[str, Any] = {effect.knob.name: (knob, ...)}
     for param in effect.shape:
         default = param.typical if param.default is None else param.default
-        fields[param.name] = (_field(param), default)
+        fields[param.name] = (_field(param, effect.stage.table), default)
     return create_model(effect.name, __base__=StrictTable, **fields)
 
 
@@ -105,6 +112,7 @@ MEANINGS = {
     "supply": "Supply pressure, pump, accumulator and pressure line.",
     "tank": "Return line and its pressure.",
     "valve": "Servo valve: rating or gain, spool, metering edges and driver.",
+    "driver": "Driver of the valve, on board or apart: ramp, dead band, spool feedback, dither.",
     "lines": "Lines, load-holding and relief valves between valve and cylinder.",
     "cylinder": "Cylinder: areas or diameters, stroke, volumes, leakage, cushions and end stops.",
     "oil": "Oil: stiffness, density, viscosity, temperature and gas.",
@@ -123,7 +131,8 @@ def _plant_table(table: str, effects: Iterable[Effect], kind: Kind) -> Any:
     for param in PARAMS.get(table, ()):
         unsaid = param.default is None and not kind.asks(table, param.name)
         optional = param.name in exclusive or unsaid
-        annotation = Annotated[float | None, QuantityReader(param)] if optional else _field(param)
+        reader = _reader(param, table)
+        annotation = Annotated[float | None, reader] if optional else Annotated[float, reader]
         default = None if optional else ... if param.default is None else param.default
         fields[param.name] = (annotation, default)
     for effect in effects:

@@ -1,6 +1,7 @@
 """Tables written by hand: loop, and the data sheet's values of valve and cylinder."""
 
 import math
+from collections.abc import Mapping
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
@@ -150,12 +151,18 @@ class ValveDatasheet(TableOfWays):
     pressure_drop_per_edge: Annotated[float | None, QuantityReader(DROP_PER_EDGE)] = None
     pressure_drop_total: Annotated[float | None, QuantityReader(DROP_TOTAL)] = None
 
-    def gains(self) -> dict[str, float]:
-        """Return the valve gain from the rating, if that is given."""
+    def gains(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Return the valve gain from the rating, if that is given.
+
+        Args:
+            values: parameters of the valve's effects by field name, SI.
+
+        """
         if self.nominal_flow is None or self.rated_current is None:
             return {}
         drop = self.pressure_drop_per_edge or (self.pressure_drop_total or 0.0) / 2.0
-        gain = datasheet.valve_gain(self.nominal_flow, self.rated_current, drop)
+        opening = datasheet.full_opening(self.rated_current, values)
+        gain = datasheet.valve_gain(self.nominal_flow, opening, drop)
         return {"valve_gain": gain}
 
 

@@ -9,7 +9,7 @@ from hil_emulator.machines import sizing
 from hil_emulator.machines.questions import Answers, valve
 
 CURRENTS = ("2000", "2001")
-"""Set point and safe set point of the valve's current, in nA."""
+"""Set point and safe set point of the valve's current, INTEGER32 in nA."""
 PRESSURES = ("2010", "2011", "2012")
 """Both chambers and the supply, INTEGER16 in kPa."""
 FORCE = "2030"
@@ -25,8 +25,11 @@ def electronic_data_sheet(text: str, file_name: str, answers: Answers) -> str:
         answers: of the user.
 
     """
-    limit = round(valve(answers).get("rated_current") * 1e9)
+    rated = valve(answers).get("rated_current")
+    digit = _digit(1e-9, 2**31, rated)
+    limit = round(rated / float(digit))
     for index in CURRENTS:
+        text = _changed(text, index, "Factor", digit)
         text = _changed(text, index, "LowLimit", f"{-limit}")
         text = _changed(text, index, "HighLimit", f"{limit}")
     pressure, force = sizing.pressure_range(answers).value, sizing.force_range(answers).value

@@ -22,6 +22,9 @@ PRINTED = {param.name: param for param in (
     Param("phase_90", "Hz", "frequency of -90° at a small amplitude", 100.0, 1.0, 1000.0),
     Param("amplitude_3db", "Hz", "frequency of -3 dB at a small amplitude", 100.0, 1.0, 1000.0),
     Param("step_time", "s", "time of a step from 0 to 100 %", 0.01, 1e-3, 1.0, "ms"),
+    Param("overlap", "1", "travel before an edge opens, of the rated current", 0.0, 0.0, 0.6, "%"),
+    Param("port_b_flow", "1", "flow of the edges at port b over the nominal flow, 50 % of a spool "
+          "of 2:1", 1.0, 0.1, 3.0, "%"),
     Param("hysteresis", "1", "of the rated current", 0.03, 0.0, 0.1, "%"),
     Param("threshold", "1", "or response sensitivity, of the rated current", 5e-3, 0.0, 0.05, "%"),
     Param("null_leakage", "m^3/s", "from p to t at null, pilot stage included", 1e-3 / 60.0,
@@ -96,6 +99,11 @@ class ValveSheet:
         """
         edge = self.values[self.drop] / (2.0 if self.drop == "pressure_drop_total" else 1.0)
         return self.values["nominal_flow"] * math.sqrt(drop / edge)
+
+    @property
+    def full_opening(self) -> float:
+        """Opening of an edge at the rated current [A], less what the overlap takes."""
+        return self.values["rated_current"] * (1.0 - self.get("overlap"))
 
     @property
     def natural_frequency(self) -> tuple[float, str]:

@@ -15,11 +15,11 @@ from hil_emulator.machines.questions import (
     valve,
 )
 from hil_emulator.machines.valve_sheet import GIVEN, PRINTED, ValveSheet
-from hil_emulator.model.constants import DISCHARGE
+from hil_emulator.model.constants import DISCHARGE, S1
 from hil_emulator.model.declare import SETTING
 from hil_emulator.model.effects.edges import land_leakage
 from hil_emulator.model.quantities import PARAMS
-from hil_emulator.model.sensors import CHANNELS
+from hil_emulator.model.rating import at_rated_current
 from hil_emulator.units import show
 
 BULK_MODULUS = 1.3e9
@@ -28,6 +28,9 @@ BULK_MODULUS = 1.3e9
 SLOT = 0.25e-3
 """Height of an edge's slot at the rated current [m] (assumed)."""
 
+
+_CONVERGED = 60
+"""Steps of a fixed point whose error falls by three or more in each."""
 
 TOLERANCES = {"assumed": "50 %", "from memory": "20 %"}
 """What `identify` may believe of a number, by a word of where it comes from (assumed)."""
@@ -67,6 +70,7 @@ def configuration(answers: Answers, eds: str, schema: str, step: float) -> str:
         "# Written by `hil-emulator init`. Measure assumed values, and look up those from memory.",
         "# `identify` fits both within the tolerance that is written with them.",
         "# docs/how_to/machine.md lists the numbers that matter most.",
+        f"# {S1}",
     )
     tables = [_table(*table) for table in _tables(answers, eds, step)]
     return "\n".join([*head, "", "\n\n".join(tables), ""])
@@ -164,8 +168,9 @@ def _valve(answers: Answers) -> Iterator[Assignment]:
     yield Assignment("damping_ratio", f"{ratio:.2g}", why)
     width = sizing.laminar_width(answers)
     yield _typical("laminar_width", width, "Pa", "bar")
+    slot = SLOT / sheet.full_opening
+    yield Assignment("slot_per_ampere", _shown(slot, "m/A"), "0.25 mm open, assumed")
     rated = sheet.get("rated_current")
-    yield Assignment("slot_per_ampere", _shown(SLOT / rated, "m/A"), "0.25 mm open, assumed")
     yield Assignment("current_saturation", _shown(rated, "A", "mA"), "the driver gives no more")
     if step := sheet.get("step_time"):
         why = f"0 to 100 % in {show(step, 's', 'ms')}: {sheet.origins['step_time']}"
@@ -174,12 +179,17 @@ def _valve(answers: Answers) -> Iterator[Assignment]:
 
 
 def _null(sheet: ValveSheet) -> Iterator[Assignment]:
-    """Yield what a valve does about its null: hysteresis, threshold and leakage."""
-    rated = sheet.get("rated_current")
-    if part := sheet.get("hysteresis"):
-        yield Assignment("hysteresis", _shown(part * rated, "A", "mA"), _part(sheet, "hysteresis"))
-    if part := sheet.get("threshold"):
-        yield Assignment("threshold", _shown(part * rated, "A", "uA"), _part(sheet, "threshold"))
+    """Yield what a valve does about its null, and which edges are unlike the others."""
+    for name in ("overlap", "hysteresis", "threshold"):
+        if part := sheet.get(name):
+            why = f"of the rated current: {sheet.origins[name]}"
+            yield Assignment(name, _shown(part, "1", "%"), why)
+    if (share := sheet.get("port_b_flow", 1.0)) != 1.0:
+        for edge in ("sb", "bt"):
+            why = f"flow at port b: {sheet.origins['port_b_flow']}"
+            yield Assignment(f"gain_{edge}", _shown(share - 1.0, "1", "%"), why)
+            if lap := sheet.get("overlap") * (1.0 - 1.0 / share):
+                yield Assignment(f"lap_{edge}", _shown(lap, "1", "%"), "opens where the others do")
     opening = clearance(sheet)
     if opening > 0.0:
         leak = _leak(sheet, "null_leakage")
@@ -187,14 +197,16 @@ def _null(sheet: ValveSheet) -> Iterator[Assignment]:
 
 
 def clearance(sheet: ValveSheet) -> float:
-    """Return the opening of the edges at null that passes what leaks there [A].
+    """Return the clearance of the lands that passes what leaks at null [A].
 
     Two edges in parallel paths, each at half the pressure, pass half of it, less the pilot stage:
     q = K_v u sqrt(p/2) (1 + (Re_c/Re)⁴)^-¼, Re of turbulent flow there. That is solved for q of the
-    turbulent flow; K_v sqrt(p/2) is the nominal flow over the rated current at that pressure.
+    turbulent flow; K_v sqrt(p/2) is the nominal flow over the full opening at that pressure. Past
+    an overlap z a clearance c is worth an opening u = c sqrt(c/(c + 2 z)) (`land_leakage`).
     """
     leak = 0.5 * (sheet.get("null_leakage") - sheet.get("pilot_leakage"))
     half, rated = 0.5 * sheet.get("leakage_pressure"), sheet.get("rated_current")
+    lap = sheet.get("overlap") * rated
     if leak <= 0.0 or half <= 0.0:
         return 0.0
     usual = {p.name: p.default or 0.0 for table in ("valve", "oil") for p in PARAMS[table]}
@@ -204,11 +216,11 @@ def clearance(sheet: ValveSheet) -> float:
     critical = sheet.flow(half) * usual["critical_reynolds_number"] / reynolds
     fourth = 0.5 * (leak**4 + leak**2 * math.sqrt(leak**4 + 4.0 * critical**4))
     turbulent = math.sqrt(math.sqrt(fourth))
-    return min(land_leakage.knob.high, turbulent / sheet.flow(half) * rated)
-
-
-def _part(sheet: ValveSheet, name: str) -> str:
-    return f"{show(sheet.get(name), '1', '%')} of the rated current: {sheet.origins[name]}"
+    opening = turbulent / sheet.flow(half) * sheet.full_opening
+    worth = opening
+    for _ in range(_CONVERGED):
+        worth = math.cbrt(opening**2 * (worth + 2.0 * lap))
+    return min(at_rated_current(land_leakage.knob, rated).high, worth)
 
 
 def _leak(sheet: ValveSheet, name: str) -> str:
@@ -252,11 +264,9 @@ def _sensor(
     name: str, ends: tuple[float, float], span: float, units: tuple[str, str], what: str
 ) -> Table:
     lower, upper = (_shown(end, *units) for end in ends)
-    # a channel declares what noise and resolution it may have
-    most = 0.1 * next(c.span for c in CHANNELS if c.name == name)
     lines = [
-        Assignment("noise", _shown(min(most, 4e-4 * span), *units), "assumed: 0.04 % of the span"),
-        Assignment("resolution", _shown(min(most, span / 2**16), *units)),
+        Assignment("noise", _shown(4e-4 * span, *units), "assumed: 0.04 % of the span"),
+        Assignment("resolution", _shown(span / 2**16, *units)),
         Assignment("measuring_range", f"{{ lower = {lower}, upper = {upper} }}"),
     ]
     return f"sensors.{name}", what, lines if name != "position" else lines[1:]

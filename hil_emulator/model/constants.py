@@ -1,5 +1,14 @@
 """Physical constants and numbers that several parts of the model share."""
 
+S1 = (
+    "S1: T. Boaventura, Hydraulic Compliance Control of the Quadruped Robot HyQ, doctoral thesis, "
+    "chapter 3"
+)
+"""What S1 stands for, in one line of an output."""
+
+S2 = "S2: the paper Analysis of the Nonlinearities in the Hydraulic Actuators"
+"""What S2 stands for."""
+
 ATMOSPHERE = 101_325.0
 """Standard atmosphere [Pa] (ISO 2533)."""
 

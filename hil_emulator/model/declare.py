@@ -34,7 +34,7 @@ def _check_name(name: str) -> None:
         raise DeclarationError(f"'{name}' cannot name a field: numpy records use it themselves")
 
 
-PARTS = ("lines",)
+PARTS = ("lines", "driver")
 """Tables of parts that a machine obviously has or lacks, so that none is a hidden effect."""
 
 

@@ -13,6 +13,7 @@ Eq. 3.29-3.32 hold in motion where v_a = alpha v_b, or where no flow depends on 
 Signs as in `actuator`: q_b > 0 out of chamber b, hence K_cb <= 0.
 """
 
+import cmath
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -35,7 +36,7 @@ class LinearisedMachine:
     gain: float
     """Valve gain [K_v]."""
     underlap: float
-    """Opening of every edge at null [u_0], underlap or clearance; S1 has zero lap."""
+    """Opening of every edge at null [u_0], underlap or clearance less overlap; S1 has zero lap."""
     supply_pressure: float
     tank_pressure: float
     area: float
@@ -66,7 +67,8 @@ class LinearisedMachine:
         return cls(
             gain=values_by_name["valve_gain"],
             underlap=values_by_name.get("underlap_lap", 0.0)
-            + values_by_name.get("land_leakage_clearance", 0.0),
+            + values_by_name.get("land_leakage_clearance", 0.0)
+            - values_by_name.get("overlap_lap", 0.0),
             supply_pressure=values_by_name["supply_pressure"],
             tank_pressure=values_by_name["tank_pressure"],
             area=values_by_name["cylinder_piston_area"],
@@ -81,6 +83,12 @@ class LinearisedMachine:
             natural_frequency=2.0 * math.pi * values_by_name["valve_natural_frequency"],
             damping_ratio=values_by_name["valve_damping_ratio"],
         )
+
+    @property
+    def spool_pole(self) -> complex:
+        """Pole of the spool, upper half plane [rad/s] (S1 eq. 3.4); real if it does not swing."""
+        d = complex(self.damping_ratio)
+        return self.natural_frequency * (cmath.sqrt(d * d - 1.0) - d)
 
     def volumes(self, position: float) -> tuple[float, float]:
         """Return the volumes of both chambers [m³] (S1 eq. 3.13, 3.14)."""

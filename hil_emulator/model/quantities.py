@@ -5,7 +5,7 @@ from hil_emulator.model.declare import SETTING, Param, Quantity, factor, within
 
 PARAMS: dict[str, tuple[Param, ...]] = {
     "supply": (
-        Param("pressure", "Pa", "supply pressure, absolute", 160e5, 1e5, 400e5, "bar",
+        Param("pressure", "Pa", "supply pressure, absolute", 160e5, 1e5, 1000e5, "bar",
               source="public HyQ bench scripts"),
         Param("volume", "m^3", "volume of the pressure line at the pump", 1e-3, 1e-5, 1.0, "l",
               default=1e-3, spread=factor(3.0)),
@@ -18,7 +18,7 @@ PARAMS: dict[str, tuple[Param, ...]] = {
               source="public HyQ bench script: 1 bar", spread=factor(2.0)),
     ),
     "valve": (
-        Param("gain", "m^3/(s*A*Pa^0.5)", "valve gain K_v (S1 eq. 3.8)", 6.68e-6, 1e-8, 1e-3,
+        Param("gain", "m^3/(s*A*Pa^0.5)", "valve gain K_v (S1 eq. 3.8)", 6.68e-6, 1e-12, 1.0,
               source="7.5 l/min at 10 mA over 70 bar, the whole valve", tolerance=0.10),
         Param("natural_frequency", "Hz", "natural frequency of the spool", 250.0, 1.0, 1000.0,
               source="S1 3.3.1", tolerance=0.10),
@@ -33,7 +33,7 @@ PARAMS: dict[str, tuple[Param, ...]] = {
                      "worn edge has other ones, and a model by the root alone has 0",
               spread=factor(3.0), power=1.5),
         Param("slot_per_ampere", "m/A", "height of an edge's slot per ampere of spool travel",
-              0.025, 1e-4, 1.0, default=0.025, source="0.25 mm at 10 mA, assumed",
+              0.025, 1e-3, 1.0, default=0.025, source="0.25 mm at the rated current, assumed",
               spread=factor(2.0)),
         Param("laminar_width", "Pa", "least pressure difference below which the integration takes "
               "an edge for laminar, whatever its Reynolds number", 1e5, 1e3, 20e5, "bar",
@@ -58,7 +58,7 @@ PARAMS: dict[str, tuple[Param, ...]] = {
         Param("stroke", "m", "stroke L_c", 0.08, 1e-3, 10.0, "mm",
               source="Hoerbiger LB6 1610 0080"),
         Param("dead_volume_a", "m^3", "volume of chamber a and its line at x = 0",
-              3e-6, 1e-8, 1e-1, "ml", tolerance=0.10),
+              3e-6, 1e-8, 1.0, "ml", tolerance=0.10),
         Param("dead_volume_b", "m^3", "volume of chamber b and its line at x = L_c",
               3e-6, 1e-8, 1e-1, "ml", tolerance=0.10),
     ),

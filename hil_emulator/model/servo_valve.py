@@ -9,6 +9,7 @@ from typing import Any
 from hil_emulator.model.constants import DISCHARGE, LEAST_OPENING
 from hil_emulator.model.stages import (
     command,
+    driver,
     edge_at,
     edge_at_acts,
     edge_bt,
@@ -42,9 +43,10 @@ def transition(par: Any, viscosity: float) -> float:
 
 def move_spool(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     """Move a second-order spool with unity gain (S1 eq. 3.4)."""
-    current = command(par, x, dx, held.valve_current, y.supply_pressure)
-    bandwidth_factor = pilot(par, x, dx, 1.0, y.supply_pressure)
     u_v = spool_reach(par, x, dx, x.spool_position)
+    commanded = driver(par, x, dx, held.valve_current, u_v)
+    current = command(par, x, dx, commanded, y.supply_pressure)
+    bandwidth_factor = pilot(par, x, dx, 1.0, y.supply_pressure)
     speed = x.spool_speed
     difference = y.port_pressure_a - y.port_pressure_b
     if u_v <= 0.0:

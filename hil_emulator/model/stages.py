@@ -100,6 +100,12 @@ return_rates = Stage(
     balances=(RETURN,),
 )  # fmt: skip
 
+# driver of the valve
+driver = Stage(
+    "driver", "driver", ("current", "spool_position"), "current that the driver commands", "A",
+    "chain", balances=(SPOOL,),
+)  # fmt: skip
+
 # valve
 command = Stage(
     "command", "valve", ("current", "port_s"), "current that drives the spool", "A", "chain",
@@ -315,7 +321,7 @@ transducer = Stage(
 CONTINUOUS = (
     temperature, viscosity, gas_pressure, gas_expansion, supply, tank, pilot_flow,
     line_flow, line_rates, source, relief, pump_loss, full_flow, pump_drag, capacity,
-    return_rates, command, pilot, spool_force, spool, spool_reach, travel, edge_sa, edge_at,
+    return_rates, driver, command, pilot, spool_force, spool, spool_reach, travel, edge_sa, edge_at,
     edge_sb, edge_bt, metering, line_a, line_b, line_flow_a, line_flow_b, cylinder_line_rates,
     holding, holding_rates, cross_relief, port_relief, vapour, oil, heat, cross_leakage,
     outward_leakage, port_area, cushion_a, cushion_b, cushion_flow_a, cushion_flow_b,

@@ -6,9 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from hil_emulator.model.plant import Plant
-
-RATED_CURRENT = 0.01
-"""Spool position of the worst-case states where no saturation bounds it [A] (assumed)."""
+from hil_emulator.model.rating import REFERENCE_CURRENT
 
 FASTEST_ROD = 0.5
 """Speed of the rod in worst-case states, where the valve's flow allows as much [m/s] (assumed)."""
@@ -31,7 +29,9 @@ def _worst_case(plant: Plant) -> _WorstCase:
     par = plant.parameters
     p_s, p_t = float(par.supply_pressure), max(1e4, float(par.tank_pressure))
     middle = 0.5 * p_s
-    limit = _knob(plant, "current_saturation_limit", RATED_CURRENT)
+    limit = _knob(
+        plant, "current_saturation_limit", _knob(plant, "spool_stops_limit", REFERENCE_CURRENT)
+    )
     stroke, depth = float(par.cylinder_stroke), _depth(plant)
     plunger = min(_knob(plant, "cushion_plunger_length", 0.0), 0.5 * stroke)
     # a gap is widest where it is hardly entered

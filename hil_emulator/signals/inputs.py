@@ -16,7 +16,7 @@ SETTINGS = {
     for p in (
         dataclasses.replace(_SUPPLY, name="supply_pressure"),
         dataclasses.replace(_CLOSED, name="lines_closed"),
-        Param("external_force", "N", "further force against the load", 0.0, -1e6, 1e6),
+        Param("external_force", "N", "further force against the load", 0.0, -1e8, 1e8),
         Param(
             "wall_shift",
             "m",
@@ -43,16 +43,15 @@ SET_POINTS = {
     p.name: p
     for p in (
         Param("position", "m", "set point of the position of the rod", 0.04, 0.0, 10.0, "mm"),
-        Param("load_force", "N", "set point of the force between rod and load", 0.0, -1e6, 1e6),
+        Param("load_force", "N", "set point of the force between rod and load", 0.0, -1e8, 1e8),
         Param(
             "valve_current",
             "A",
             "set point of the coil current",
             0.0,
-            -2.0,
-            2.0,
+            -10.0,
+            10.0,
             "mA",
-            source="an INTEGER32 in nA carries 2.1 A",
         ),
     )
 }

@@ -99,6 +99,20 @@ def test_larger_valves_and_pressures_have_an_eds_that_carries_them(tmp_path: Pat
     assert digits["2030"] * (2**31 - 1) > 300e5 * math.pi * 0.2**2
 
 
+def test_a_solenoid_of_more_amperes_than_nanoamperes_carry_has_coarser_digits(
+    tmp_path: Path,
+) -> None:
+    """2.5 A do not fit into 31 bits of nA; the limit is the rated current in the digits written."""
+    file, result = init(tmp_path, "--valve", "atos_dhzo_a_071_28")
+    assert result.exit_code == 0, result.output
+    text = file.with_suffix(".eds").read_text()
+    section = text.split("[2000]")[1].split("[2001]")[0]
+    (digit,) = re.findall(r"Factor=(\S+)", section)
+    limit = canopen.import_od(str(file.with_suffix(".eds")))["valve_current"].max
+    assert limit * float(digit) == pytest.approx(2.5)
+    assert load_rig([file]).plant["overlap_lap"] == pytest.approx(0.5)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [

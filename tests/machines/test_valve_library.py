@@ -12,6 +12,7 @@ from hil_emulator.machines.valve_sheet import LIBRARY, ORIGINS, PRINTED, ValveSh
 from hil_emulator.machines.writing import configuration
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.plant import Plant
+from hil_emulator.platform.paths import shipped
 
 VALVES = library()
 
@@ -107,3 +108,27 @@ def test_the_library_is_what_the_file_says() -> None:
     assert LIBRARY.is_file()
     known = {q.name for q in QUESTIONS}
     assert PRINTED.keys() - known == {"pilot_leakage", "max_pressure"}
+
+
+def test_both_e024_are_one_valve(tmp_path: Path) -> None:
+    """That of the library and that of the reference machine have one gain, spool and lands."""
+    reference = load([shipped("configs/hyq_knee.toml")]).plant
+    values = plant_values(tmp_path, {"valve": "moog_e024", "supply_pressure": "160 bar"})
+    fields = (
+        "valve_gain", "valve_natural_frequency", "current_saturation_limit", "spool_stops_limit",
+        "spool_rate_limit_rate", "land_leakage_clearance",
+    )  # fmt: skip
+    for field in fields:
+        assert values[field] == pytest.approx(reference[field], rel=0.01), field
+
+
+def test_a_spool_of_two_to_one_opens_all_edges_at_the_same_travel(tmp_path: Path) -> None:
+    """Edges of half the area have the same overlap, so half of the lap of their slower opening."""
+    given = {"valve": "rexroth_4wree6_e32", "supply_pressure": "200 bar", "port_b_flow": "50 %"}
+    values = plant_values(tmp_path, given)
+    for edge in ("sb", "bt"):
+        gain = 1.0 + values[f"gain_{edge}_excess"]
+        assert gain == pytest.approx(0.5)
+        # the travel at which gain (u - lap of the edge) - overlap crosses zero
+        opens_at = values["overlap_lap"] / gain + values[f"lap_{edge}_lap"]
+        assert opens_at == pytest.approx(values["overlap_lap"])

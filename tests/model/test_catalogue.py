@@ -61,6 +61,7 @@ BESIDE = frozenset(
 
 EXCEPT = {
     "variable_pump": "a larger pump droops less but rings more: its own test shows the droop fade",
+    "spool_feedback": "a slower loop corrects later, not less: its own test shows the bandwidth",
     "pilot_check_valves": "a machine has them or has not: a smaller pilot opens later",
     "shut_off_valves": "a machine has them or has not: open ones of any speed are the same",
 }

@@ -16,6 +16,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
+from hil_emulator.characterise.edges import Edges
 from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import Agreement, BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench
@@ -25,9 +26,10 @@ TURBULENT = 0.6
 """Discharge coefficient C_d (S1 3.3.2)."""
 _TANK = 10e5  # pressure after the valve [Pa]
 _DROPS = np.geomspace(0.05e5, 100e5, 45)  # of one edge [Pa]
-_OPENINGS = (0.02, 0.1, 1.0)  # parts of the rated current
+_OPENINGS = (0.02, 0.1, 1.0)  # parts of the full opening
 _KEPT = (
-    "gain_asymmetry", "overlap", "underlap", "land_leakage", "flow_saturation",
+    "gain_asymmetry", "overlap", "underlap", "land_leakage", "flow_saturation", "gain_sa",
+    "gain_at", "gain_sb", "gain_bt", "lap_sa", "lap_at", "lap_sb", "lap_bt",
     "viscosity_temperature",
 )  # fmt: skip
 _SECONDS = 0.05  # a spool and joined ports at their steady pressure need no longer
@@ -44,6 +46,12 @@ def _flow(bench: Bench, current: float, drop: float) -> tuple[float, float]:
     signals = stand.drive(np.full(round(_SECONDS / stand.period), current)).signals
     edge = signals["supply_pressure"] - signals["pressure_a"]
     return float(edge[-1]), float(signals["flow_a"][-1])
+
+
+def _opening(bench: Bench, part: float) -> float:
+    """Return the opening of the edge from s to a [A] where the spool opens it by a part."""
+    edges = Edges.of(bench)
+    return edges.opening(edges.beyond(part))
 
 
 def coefficient(bench: Bench, opening: float, drop: float) -> float:
@@ -70,13 +78,13 @@ def _comparisons(bench: Bench, seen: dict[float, tuple[Series, Series]]) -> list
                        "S1 3.3.2, by definition of K_v",
                        _at(70e5, *seen[1.0]), 0.01, Agreement.CONFIGURED)]  # fmt: skip
     for part in _OPENINGS:
-        at, opening = 1e5, part * bench.rated_current + bench.null_opening
+        at, opening = 1e5, _opening(bench, part)
         rows.append(Comparison(
             f"C_d at {part:.0%} opening and 1 bar", "1", coefficient(bench, opening, at),
             "C_d(Re) and laminar width as configured", _at(at, *seen[part]), 0.01,
             Agreement.CONFIGURED,
         ))  # fmt: skip
-    opening = _OPENINGS[0] * bench.rated_current + bench.null_opening
+    opening = _opening(bench, _OPENINGS[0])
     slot = bench.value("valve_slot_per_ampere") * opening
     # pi x² w dp/(32 mu) over x w sqrt(2 dp/rho)
     viscosity = bench.viscosity * bench.value("oil_density")
@@ -93,12 +101,11 @@ def _comparisons(bench: Bench, seen: dict[float, tuple[Series, Series]]) -> list
 def run(bench: Bench) -> BenchResult:
     """Sweep the drop at several openings."""
     slot = bench.value("valve_slot_per_ampere")
-    density, lap = bench.value("oil_density"), bench.null_opening
+    density = bench.value("oil_density")
     rows, seen = [], {}
     for part in _OPENINGS:
-        current = part * bench.rated_current
-        opening = current + lap
-        points = np.array([_flow(bench, current, drop) for drop in _DROPS])
+        opening, travel = _opening(bench, part), Edges.of(bench).beyond(part)
+        points = np.array([_flow(bench, travel, drop) for drop in _DROPS])
         edge, flow = points.T
         found = TURBULENT * flow / (bench.value("valve_gain") * opening * np.sqrt(edge))
         speed = found * np.sqrt(2.0 * edge / density)

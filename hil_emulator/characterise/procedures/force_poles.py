@@ -19,6 +19,7 @@ from hil_emulator.characterise.result import Agreement, BenchResult, Comparison,
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.model import linear, linearise
 from hil_emulator.model.equilibrium import NoEquilibriumError
+from hil_emulator.model.smoothed import at_the_edge
 from hil_emulator.pages.palette import BLACK, BLUE, GREEN, VERMILION
 
 _PARTS = np.linspace(0.05, 0.95, 19)  # positions, parts of the stroke
@@ -68,25 +69,28 @@ def _worst_pole(
     return worst
 
 
-def _resonance(poles: Poles) -> complex:
-    """Return the slowest pole that swings, upper half plane."""
+def _resonance(poles: Poles, spool: complex) -> complex:
+    """Return the slowest pole that swings and is not the spool's, upper half plane."""
     swinging = poles[np.imag(poles) > 1.0]
+    if len(swinging) and spool.imag > 1.0:
+        swinging = np.delete(swinging, np.argmin(np.abs(swinging - spool)))
     return complex(swinging[np.argmin(np.abs(swinging))]) if len(swinging) else _NONE
 
 
 def _along_the_stroke(bench: Bench, values: Mapping[str, float]) -> dict[str, Poles]:
     """Return the resonance of every form at rest at each position."""
     machine = linear.LinearisedMachine.of(values)
-    wet = {**bench.values, **bench.smooth()}
+    wet = at_the_edge({**bench.values, **bench.smooth()})
+    spool = machine.spool_pole
     found: dict[str, list[complex]] = {form: [] for form in _FORMS}
     for position in _PARTS * machine.stroke:
         rest = linearise.rest(bench.kernel, values, position)
         at = rest_point(rest)
-        found["exact"].append(_resonance(rest.poles))
+        found["exact"].append(_resonance(rest.poles, spool))
         for form, poles in (("S1 eq. 3.38", linear.reduced), ("complete", linear.complete)):
-            found[form].append(_resonance(poles(machine, at).hydraulic_force.poles))
+            found[form].append(_resonance(poles(machine, at).hydraulic_force.poles, spool))
         try:
-            own = _resonance(linearise.rest(bench.kernel, wet, position).poles)
+            own = _resonance(linearise.rest(bench.kernel, wet, position).poles, spool)
         except NoEquilibriumError:
             own = _NONE
         found["as configured"].append(own)

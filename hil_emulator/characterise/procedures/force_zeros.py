@@ -28,6 +28,8 @@ _HERTZ = np.array([0.8, 1.2, 1.6, 2.4, 3.2, 4.8, 6.4, 9.6])
 _SPEED = 0.25  # largest speed of the sines [m/s]
 _PART = 0.3  # largest amplitude, part of the stroke
 _SLOWEST = 0.2  # of the frequencies' scale: below, a test would take too long (assumed)
+_OF_SPOOL = 0.5  # highest frequency, part of the spool's natural one
+_NOISE = 0.02  # what the noise of usual sensors leaves of a zero (assumed)
 _SECONDS = 8.0  # measured for each sine, after one second
 
 
@@ -74,13 +76,14 @@ def run(bench: Bench) -> BenchResult:
         bench.value("viscous_friction_coefficient"),
     )
     formula = (-b_l / mass, -(b_l + b) / (mass + bench.value("rod_mass_mass")))
-    scale = max(_SLOWEST, formula[1] / DOCUMENT_ZEROS[1])
+    follows = _OF_SPOOL * bench.value("valve_natural_frequency") / float(_HERTZ[-1])
+    scale = max(_SLOWEST, min(formula[1] / DOCUMENT_ZEROS[1], follows))
     hertz = _HERTZ * scale
     ratio = np.array([_ratio(bench, f, min(1.0, scale)) for f in hertz])
     omega = 2.0 * math.pi * hertz
     found = fit_zeros(omega, ratio)
     # zeros far below the slowest sine show as differences of nearly equal numbers
-    tolerance = 0.01 * max(1.0, 3.0 * float(omega[0]) / abs(formula[1]))
+    tolerance = _NOISE * max(1.0, 3.0 * float(omega[0]) / abs(formula[1]))
     names = ("zero of the load force f", "zero of the hydraulic force f_h")
     s = 1j * omega
     model = (s - formula[0]) * mass / (mass + bench.value("rod_mass_mass")) / (s - formula[1])

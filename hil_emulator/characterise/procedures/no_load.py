@@ -12,33 +12,54 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
+from hil_emulator.characterise.edges import Edges, loop
 from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.procedures.pressure_gain import find_null
 from hil_emulator.characterise.result import Agreement, BenchResult, Comparison, Series, column
 from hil_emulator.characterise.stand import Bench, BenchRecord
 from hil_emulator.pages.palette import BLUE, VERMILION
 
-_PART = 0.1  # current, part of the rated one
+_PART = 0.1  # of the full opening
 _TRAVEL = 0.6  # part of the stroke
 _SETTLED = 0.4  # part of the record that is left out
 _FREE_MASS = 1.0  # of rod and piston with nothing attached, rounded up [kg] (assumed)
 
 
 def expected_pressures(
-    alpha: float, supply: float, tank: float, extends: bool
+    alpha: float, supply: float, tank: float, extends: bool, unlike: float = 1.0
 ) -> tuple[float, float]:
-    """Return p_a and p_b of a free rod [Pa]."""
+    """Return p_a and p_b of a free rod [Pa].
+
+    Args:
+        alpha: annulus over piston area.
+        supply: pressure [Pa].
+        tank: pressure [Pa].
+        extends: whether it does.
+        unlike: opening of the edge at port a over that at port b.
+
+    """
     source, sink = (supply, tank) if extends else (tank, supply)
-    p_a = (alpha**3 * source + alpha * sink) / (1.0 + alpha**3)
+    drops = (alpha * unlike) ** 2
+    p_a = alpha * (drops * source + sink) / (1.0 + alpha * drops)
     return p_a, p_a / alpha
+
+
+def _unlike(bench: Bench, sign: float) -> float:
+    """Return the opening of the edge at port a over that at port b in a direction."""
+    edges = Edges.of(bench)
+    pair = ("sa", "bt") if sign > 0.0 else ("at", "sb")
+    at_a, at_b = (edges.opening(sign * edges.beyond(_PART), edge) for edge in pair)
+    return at_a / at_b
 
 
 def _move(bench: Bench, sign: float, null: float) -> BenchRecord:
     """Extend or retract the free rod at constant current over most of the stroke."""
     stroke, drop = bench.value("cylinder_stroke"), bench.value("supply_pressure")
-    current = _PART * bench.rated_current
+    edges = Edges.of(bench)
+    opening = _PART * (edges.rated - edges.overlap)
+    current = edges.beyond(_PART) + 0.5 * loop(bench)
     speed = (
-        bench.value("valve_gain") * current * math.sqrt(drop) / bench.value("cylinder_piston_area")
+        bench.value("valve_gain") * opening * math.sqrt(drop) / bench.value("cylinder_piston_area")
     )
     ideal = bench.off("supply", "tank", "friction", "load", "cylinder")
     free = (
@@ -66,7 +87,7 @@ def run(bench: Bench) -> BenchResult:
     for sign, name in ((1.0, "extension"), (-1.0, "retraction")):
         seen = _move(bench, sign, null)
         late = seen.after(_SETTLED * seen.time[-1]).readings
-        wanted = expected_pressures(alpha, supply, tank, sign > 0.0)
+        wanted = expected_pressures(alpha, supply, tank, sign > 0.0, _unlike(bench, sign))
         for channel, value in zip(("pressure_a", "pressure_b"), wanted, strict=True):
             comparisons.append(Comparison(
                 f"p_{channel[-1]} in free {name}", "bar", value * 1e-5,
@@ -81,7 +102,7 @@ def run(bench: Bench) -> BenchResult:
         name=TEST.name,
         title=TEST.title,
         procedure=(
-            "Load, friction and laminar flow taken away, 10 % of the rated current in each "
+            "Load, friction and laminar flow taken away, 10 % of the full opening in each "
             "direction; mean of the pressure sensors once the start has died out."
         ),
         columns={n: column(unit, v) for (n, unit), v in zip(names, table, strict=True)},

@@ -1,13 +1,15 @@
 """Pressure sensitivity of the valve: blocked ports, slow sine (S1 3.5.1).
 
-With an opening u_0 of all edges at null, by underlap, a blocked port sits at
+With openings a(u) and a(-u) of both its edges a blocked port sits at
 
-    p = p_t + (p_s - p_t) (u_0 + u)² / ((u_0 + u)² + (u_0 - u)²),
+    p = p_t + (p_s - p_t) a(u)² / (a(u)² + a(-u)²),
 
-whose slope at null is K_p = (p_s - p_t)/u_0: for laminar as for turbulent flow, as both depend on
-the product of opening and root of the drop alone. Leaking lands have the same slope there. Both
-sweeps of the sine together cancel the lag of the 10 ms that the ports need; what is left between
-them is hysteresis of the valve.
+whose slope at null is K_p = (p_s - p_t) a'(0)/a(0): for laminar as for turbulent flow, as both
+depend on the product of opening and root of the drop alone. a(0)/a'(0) is the opening at null of an
+underlap, the clearance of leaking lands, and with an overlap of these twice the overlap more. Both
+sweeps of the sine together cancel the lag of the 10 ms that the ports need. Where hysteresis or
+threshold part them, the sine is so wide that the spool stands on one side of its loop at null, and
+each sweep has a null and a slope of its own, of which the mean is taken.
 """
 
 import math
@@ -16,6 +18,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from hil_emulator.characterise import figure as look
+from hil_emulator.characterise.edges import Edges, loop, loop_reach
 from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.result import (
     Agreement,
@@ -33,20 +36,21 @@ DOCUMENT_SENSITIVITY = 5.7e11
 """K_pa, about the magnitude of K_pb [Pa/A] (S1 3.5.1)."""
 _SWEEP = 20.0  # period of the sine [s]
 _WIDE = 0.05  # amplitude of the sweep that looks for the null, part of the rated current
-_NARROW = 3.0  # amplitude of the sweep around null, in openings at null
-_NEAR_NULL = 0.3  # part of that opening over which the slope is fitted
-_PLUGS = {"cylinder_dead_volume_a": 2e-7, "cylinder_dead_volume_b": 2e-7}
-"""What is left behind ports that are plugged [m³]: so little that creeping oil fills it in time."""
+_NEAR_NULL = 0.3  # part of the width of the null over which the slope is fitted
+_PLUG = 2e-7
+"""What is left behind plugged ports of a valve of the reference's size [m³]: so little that
+creeping oil fills it in time."""
 _SMOOTHED = 51  # readings averaged before the null is read off
-_LOOP_NOTE = (
-    "Hysteresis and threshold move the curve by up to {:.3g} uA: its slope is not the lap's alone."
-)
+_LOOP_NOTE = "Hysteresis and threshold part both sweeps by up to {:.3g} uA."
+_TIGHT = "pressure sensitivity: edges closed at null have no finite one; give land_leakage."
 _KEPT = slice(None, None, 10)  # of the readings, in the table
 
 
 def _sweep(bench: Bench, centre: float, amplitude: float) -> tuple[Series, Series, Series]:
     """Return current [A] and the readings of both pressures [Pa] over one period."""
-    stand = bench.stand(bench.off("supply", "tank") | bench.blocked() | _PLUGS)
+    plug = _PLUG * max(1.0, bench.valve_size)
+    plugs = {"cylinder_dead_volume_a": plug, "cylinder_dead_volume_b": plug}
+    stand = bench.stand(bench.off("supply", "tank") | bench.blocked() | plugs)
     time = np.arange(0.0, 1.25 * _SWEEP, stand.period)
     current = centre + amplitude * np.sin(2.0 * math.pi * time / _SWEEP)
     seen = stand.drive(current).readings
@@ -75,13 +79,23 @@ def _crossing(current: Series, difference: Series) -> float:
 
 def find_null(bench: Bench) -> float:
     """Return the current at which both blocked ports hold the same pressure [A]."""
-    current, p_a, p_b = _sweep(bench, 0.0, _WIDE * bench.rated_current)
+    current, p_a, p_b = _sweep(bench, 0.0, _WIDE * bench.rated_current + loop_reach(bench))
     return _crossing(current, p_a - p_b)
 
 
-def _loop(bench: Bench) -> float:
-    """Return by how much the curves of both directions may lie apart [A]."""
-    return bench.value("hysteresis_width") + 2.0 * bench.value("threshold_current")
+def _slopes(
+    current: Series, p_a: Series, p_b: Series, width: float, *, apart: bool
+) -> tuple[float, float]:
+    """Return the slopes of both pressures at null [Pa/A], of each sweep by itself if apart."""
+    rising = np.gradient(current) > 0.0
+    sweeps = (rising, ~rising) if apart else (np.ones_like(rising),)
+    slopes = []
+    for sweep in sweeps:
+        u, a, b = current[sweep], p_a[sweep], p_b[sweep]
+        null = _crossing(u, a - b)
+        slopes.append([_slope(u, p, null, _NEAR_NULL * width) for p in (a, b)])
+    k_pa, k_pb = np.mean(slopes, axis=0)
+    return float(k_pa), float(k_pb)
 
 
 def _comparisons(bench: Bench, k_pa: float, k_pb: float) -> list[Comparison]:
@@ -89,10 +103,10 @@ def _comparisons(bench: Bench, k_pa: float, k_pb: float) -> list[Comparison]:
         Comparison("pressure sensitivity K_pa at 160 bar", "Pa/A", DOCUMENT_SENSITIVITY,
                    "S1 3.5.1", k_pa, 0.05, Agreement.DOCUMENT),
     ]  # fmt: skip
-    lap = bench.null_opening
-    if lap and _loop(bench) <= _NEAR_NULL * _NEAR_NULL * lap:
-        slope = (bench.value("supply_pressure") - bench.value("tank_pressure")) / lap
-        source = "(p_s - p_t)/u_0, configured"
+    width = Edges.of(bench).null_width
+    if width:
+        slope = (bench.value("supply_pressure") - bench.value("tank_pressure")) / width
+        source = "(p_s - p_t) a'(0)/a(0), configured"
         rows += [
             Comparison(
                 "pressure sensitivity K_pa", "Pa/A", slope, source, k_pa, 0.02, Agreement.DERIVED
@@ -117,11 +131,12 @@ def _document_lines(bench: Bench, current: Series) -> dict[str, Column]:
 
 def run(bench: Bench) -> BenchResult:
     """Measure both port pressures around null with the pressure sensors."""
-    lap = bench.null_opening
-    width = lap or 1e-3 * bench.rated_current
-    current, p_a, p_b = _sweep(bench, find_null(bench), _NARROW * width)
+    tight = Edges.of(bench).null_width == 0.0
+    width = Edges.of(bench).null_width or 1e-3 * bench.rated_current
+    amplitude = (Edges.of(bench).about_null or width) + loop_reach(bench)
+    current, p_a, p_b = _sweep(bench, find_null(bench), amplitude)
     null = _crossing(current, p_a - p_b)
-    k_pa, k_pb = (_slope(current, p, null, _NEAR_NULL * width) for p in (p_a, p_b))
+    k_pa, k_pb = _slopes(current, p_a, p_b, width, apart=loop(bench) > 0.0)
     return BenchResult(
         name=TEST.name,
         title=TEST.title,
@@ -137,8 +152,8 @@ def run(bench: Bench) -> BenchResult:
         | _document_lines(bench, current[_KEPT] - null),
         comparisons=_comparisons(bench, k_pa, k_pb),
         notes=[f"Null of this valve: {null * 1e6:+.1f} uA."]
-        + ([] if lap else ["Edges closed at null: the sensitivity has no finite value."])
-        + ([_LOOP_NOTE.format(_loop(bench) * 1e6)] if _loop(bench) else []),
+        + ([_LOOP_NOTE.format(loop(bench) * 1e6)] if loop(bench) else []),
+        inapplicable=[_TIGHT] if tight else [],
         figures=[
             DocumentFigure("S1 3.5.1", "K_pa and K_pb about 5.7e11 Pa/A, their signs aside",
                            "two straight lines of that slope through half the pressure at null"),

@@ -18,6 +18,7 @@ from hil_emulator.characterise.pump_circuit import (
     own_or_typical,
     pump_circuit,
     pump_flow,
+    settling,
     steady,
 )
 from hil_emulator.characterise.result import (
@@ -38,7 +39,6 @@ _SIGNALS = ("pump_pressure", "shaft_torque", "shaft_power", "pump_power", "suppl
 # power counts from vacuum: a return line under pressure would take its share along
 _INSULATED = {"oil_heating_wall": 0.0, "oil_heating_cooler": 0.0, "tank_pressure": 0.0}
 _OIL_PER_FLOW = 60.0  # oil in that circuit over the pump's flow: a minute of it [s]
-_SETTLING = 3  # seconds before it: oil that is compressed or expands takes its part of the heat
 _HALF_POWER = 135e5  # pressure at which the heat is measured [Pa]
 
 
@@ -49,7 +49,7 @@ def _warming(bench: Bench, changes: dict[str, float], flow: float) -> tuple[floa
                                      "supply_pressure": SET_HIGH}  # fmt: skip
     stand = pump_circuit(bench, heated)
     current = current_for(bench, flow, _HALF_POWER)
-    for _ in range(_SETTLING):
+    for _ in range(settling(bench, flow, _HALF_POWER)):
         steady(stand, current, ())
     before = float(stand.plant.signals.oil_temperature)
     seen = stand.drive(np.full(round(1.0 / stand.period), current))

@@ -27,20 +27,32 @@ from hil_emulator.pages.palette import BLACK, BLUE, PINK, SKY, VERMILION
 DOCUMENT_BANDWIDTH = {0.25: 250.0, 1.0: 100.0}
 """-3 dB in Hz by amplitude in rated currents, at 210 bar (S1 3.3.1)."""
 _PRESSURES = (210e5, 160e5)
-_HERTZ = np.geomspace(10.0, 500.0, 30)
-_PERIOD = 1e-4  # of the signal generator and the recorder [s]
+_DOCUMENTED = 250.0  # natural frequency of the documents' spool [Hz]
+_HERTZ = np.geomspace(10.0, 500.0, 30)  # for that spool; others by their natural frequency
+_PERIOD = 1e-4  # of the signal generator and the recorder, likewise [s]
+_SLOW = 0.5  # of that frequency, below which fewer and shorter sines have to do
+_SLOW_HERTZ = np.geomspace(40.0, 500.0, 20)
 _SETTLING, _MEASURED = 6, 8  # periods of the sine
+_SHORT = (2, 4)  # the same of slow spools
 
 
 def _response(bench: Bench, pressure: float, amplitude: float, hertz: float) -> complex:
     """Return spool over current at one frequency, from the spool's displacement transducer."""
     changes = bench.off("supply", "tank") | bench.blocked() | {"supply_pressure": pressure}
-    stand = bench.stand(changes, _PERIOD)
+    scale = _scale(bench)
+    settling, measured = (_SETTLING, _MEASURED) if scale >= _SLOW else _SHORT
+    period = bench.period(_PERIOD / scale)
+    stand = bench.stand(changes, period)
     omega = 2.0 * math.pi * hertz
-    ticks = round((_SETTLING + _MEASURED) / hertz / _PERIOD)
-    middle = _PERIOD * (np.arange(ticks) + 0.5)  # a held value belongs to the middle of its tick
-    seen = stand.drive(amplitude * np.sin(omega * middle)).after(_SETTLING / hertz)
+    ticks = round((settling + measured) / hertz / period)
+    middle = period * (np.arange(ticks) + 0.5)  # a held value belongs to the middle of its tick
+    seen = stand.drive(amplitude * np.sin(omega * middle)).after(settling / hertz)
     return fundamental(seen.time, seen.signals["spool_position"], omega) / amplitude
+
+
+def _scale(bench: Bench) -> float:
+    """Return how quick the spool is relative to the documents'."""
+    return bench.value("valve_natural_frequency") / _DOCUMENTED
 
 
 def _pilot(bench: Bench, pressure: float) -> float:
@@ -56,15 +68,17 @@ def _decibel(response: Series) -> Series:
 def run(bench: Bench) -> BenchResult:
     """Sweep the frequency at two amplitudes and two supply pressures."""
     rows, comparisons, notes = [], [], []
+    scale = _scale(bench)
+    hertz = (_HERTZ if scale >= _SLOW else _SLOW_HERTZ) * scale
     for pressure, part in product(_PRESSURES, DOCUMENT_BANDWIDTH):
         amplitude = part * bench.rated_current
-        values = np.array([_response(bench, pressure, amplitude, f) for f in _HERTZ])
+        values = np.array([_response(bench, pressure, amplitude, f) for f in hertz])
         level, phase = _decibel(values), np.degrees(np.unwrap(np.angle(values)))
         rows += [
-            (pressure * 1e-5, part * 100.0, *row) for row in zip(_HERTZ, level, phase, strict=True)
+            (pressure * 1e-5, part * 100.0, *row) for row in zip(hertz, level, phase, strict=True)
         ]
-        width = crossing(_HERTZ, level, -3.0103)
-        quarter = crossing(_HERTZ, phase, -90.0)
+        width = crossing(hertz, level, -3.0103)
+        quarter = crossing(hertz, phase, -90.0)
         where = f"±{part:.0%} at {pressure * 1e-5:.0f} bar"
         notes.append(f"{where}: -3 dB at {width:.0f} Hz, -90 degrees at {quarter:.0f} Hz.")
         expected = DOCUMENT_BANDWIDTH[part] * _pilot(bench, pressure)

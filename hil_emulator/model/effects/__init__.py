@@ -8,6 +8,7 @@ from hil_emulator.model.effects import (
     coupling,
     cushion,
     cylinder,
+    driver,
     edges,
     element,
     friction,
@@ -25,6 +26,7 @@ from hil_emulator.model.effects import (
 
 CATALOGUE: tuple[Effect, ...] = (
     *supply.EFFECTS,
+    *driver.EFFECTS,
     *valve.EFFECTS,
     *edges.EFFECTS,
     *single_edges.EFFECTS,

@@ -34,7 +34,7 @@ def _flanks(gap: float, softness: float) -> float:
 
 @effect(
     play,
-    knob=Param("gap", "m", "free play of the rod end", 5e-5, 0.0, 1e-3, shown="um",
+    knob=Param("gap", "m", "free play of the rod end", 5e-5, 0.0, 0.05, shown="um",
                source="0 to 0.3 mm; assumed"),
     shape=(
         Param("softness", "1/N", "how far a flank yields per force, relative to the gap",

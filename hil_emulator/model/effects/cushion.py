@@ -129,7 +129,7 @@ def _port_area(area: float, left: float, length: float, share: float) -> float:
 
 @effect(
     stop,
-    knob=Param("length", "m", "length of the plunger at each end", 10e-3, 0.0, 0.2, shown="mm"),
+    knob=Param("length", "m", "length of the plunger at each end", 10e-3, 0.0, 1.0, shown="mm"),
     shape=(
         Param("share", "1", "part of a chamber's area that is cut off from the port", 0.7, 0.05,
               0.95, shown="%", default=0.7, spread=factor(1.2)),

@@ -8,7 +8,7 @@ from hil_emulator.model.stages import cross_leakage, inertia, outward_leakage, s
 @effect(
     cross_leakage,
     knob=Param("conductance", "m^3/(s*Pa)", "laminar conductance past the piston",
-               1.7e-13, 0.0, 1e-11, shown="cm^3/(min*bar)",
+               1.7e-13, 0.0, 1e-9, shown="cm^3/(min*bar)",
                source="public HyQ bench scripts: 0.16 l/min at 160 bar"),
     source="laminar gap flow (Merritt 1967)",
     signature="pressures drift together with the valve closed under load",
@@ -27,7 +27,7 @@ def internal_leakage(
 @effect(
     outward_leakage,
     knob=Param("conductance", "m^3/(s*Pa)", "laminar conductance of each chamber to outside",
-               2e-14, 0.0, 1e-11, shown="cm^3/(min*bar)"),
+               2e-14, 0.0, 1e-9, shown="cm^3/(min*bar)"),
     source="laminar gap flow (Merritt 1967)",
     signature="both pressures decay with the valve closed",
     not_modelled="different leakage of the two chambers",
@@ -72,9 +72,9 @@ def end_stops(
 @effect(
     stop,
     knob=Param("coefficient", "N*s^2/m^2", "braking force per speed squared at the end",
-               5000.0, 0.0, 1e6),
+               5000.0, 0.0, 1e9),
     shape=(
-        Param("length", "m", "length of the cushion", 5e-3, 1e-4, 0.1, shown="mm", default=5e-3,
+        Param("length", "m", "length of the cushion", 5e-3, 1e-4, 1.0, shown="mm", default=5e-3,
               spread=factor(1.5)),
     ),
     source="orifice of a tapered cushion plunger: drop ~ flow squared; brakes the rod directly "

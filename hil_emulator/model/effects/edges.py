@@ -22,7 +22,7 @@ def gain_asymmetry(opening: float, travel: float, asymmetry: float) -> float:
 
 @effect(
     metering,
-    knob=Param("lap", "A", "spool travel before an edge opens", 1e-4, 0.0, 2e-3, shown="mA"),
+    knob=Param("lap", "A", "spool travel before an edge opens", 1e-4, 0.0, 6e-3, shown="mA"),
     source="S1 Fig. 3.3",
     signature="chamber pressures and velocity stay flat around null",
     not_modelled="different laps on the four edges, see `lap_sa` and its like",
@@ -37,7 +37,7 @@ def overlap(opening: float, lap: float) -> float:
 
 @effect(
     metering,
-    knob=Param("lap", "A", "opening of every edge at null", 28e-6, 0.0, 1e-3, shown="uA"),
+    knob=Param("lap", "A", "opening of every edge at null", 28e-6, 0.0, 5e-3, shown="uA"),
     source="S1 3.5.1: K_p = p_s/u_0 = 5.7e11 Pa/A at 160 bar gives u_0 = 28 uA",
     signature="slope of pressure against current at null, damping, leakage s -> t at null",
     not_modelled="the clearance of a closed edge, see `land_leakage`",

@@ -19,7 +19,7 @@ _STRIBECK_VELOCITY = Param(
 
 @effect(
     friction,
-    knob=Param("coefficient", "N*s/m", "viscous coefficient B", 1000.0, 0.0, 1e5,
+    knob=Param("coefficient", "N*s/m", "viscous coefficient B", 1000.0, 0.0, 1e7,
                source="S1 3.4.2"),
     source="S1 eq. 3.18",
     signature="hydraulic force minus load cell, proportional to velocity",
@@ -34,7 +34,7 @@ def viscous_friction(velocity: float, viscosity: float, scale: float, coefficien
 
 @effect(
     dry_friction,
-    knob=Param("force", "N", "Coulomb friction F_c0", 100.0, 0.0, 1e6, source="S1 3.4.2"),
+    knob=Param("force", "N", "Coulomb friction F_c0", 100.0, 0.0, 1e8, source="S1 3.4.2"),
     source="S1 eq. 3.18; at rest bristles that do not creep (Dupont et al. 2002)",
     signature="hydraulic force minus load cell, changing sign with velocity; the rod sticks",
     not_modelled="breakaway that grows with the time at rest",
@@ -49,7 +49,7 @@ def coulomb_friction(force: float) -> float:
 
 @effect(
     dry_friction,
-    knob=Param("excess", "N", "breakaway force above Coulomb friction F_s0", 100.0, 0.0, 1e4,
+    knob=Param("excess", "N", "breakaway force above Coulomb friction F_s0", 100.0, 0.0, 1e8,
                source="S1 Fig. 3.8"),
     shape=(_STRIBECK_VELOCITY,),
     source="S1 eq. 3.18: F_s0 is the excess over F_c0, so breakaway is their sum; exponent 1 as "
@@ -67,7 +67,7 @@ def stribeck_friction(velocity: float, excess: float, stribeck_velocity: float) 
 
 @effect(
     dry_friction,
-    knob=Param("area", "m^2", "friction force per sum of chamber pressures", 3e-6, 0.0, 1e-3,
+    knob=Param("area", "m^2", "friction force per sum of chamber pressures", 3e-6, 0.0, 0.1,
                shown="mm^2"),
     source="F = f (p_a + p_b) as in Simscape; chosen over forms with two areas because the load "
            "cell separates their sum alone",

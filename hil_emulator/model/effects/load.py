@@ -21,7 +21,7 @@ from hil_emulator.model.stages import (
 
 @effect(
     load,
-    knob=Param("coefficient", "N*s/m", "viscous coefficient B_l of the load", 500.0, 0.0, 1e5,
+    knob=Param("coefficient", "N*s/m", "viscous coefficient B_l of the load", 500.0, 0.0, 1e7,
                source="S1 Fig. 3.14: a zero of -10 rad/s at 50 kg"),
     source="S1 eq. 3.39-3.40",
     signature="load force minus inertia, proportional to velocity",
@@ -37,7 +37,7 @@ def load_viscous_friction(velocity: float, coefficient: float) -> float:
 @effect(
     load,
     knob=Param("force", "N", "weight of the load along the rod, against extension",
-               200.0, -1e6, 1e6),
+               200.0, -1e8, 1e8),
     source="robot leg: 0-500 N at the rod; an excavator's boom: 1e5 N",
     signature="constant part of load force minus inertia",
     not_modelled="its change with the joint's angle",
@@ -52,9 +52,9 @@ def gravity(force: float) -> float:
 
 @effect(
     load,
-    knob=Param("stiffness", "N/m", "spring between load and ground", 2e4, 0.0, 1e6),
+    knob=Param("stiffness", "N/m", "spring between load and ground", 2e4, 0.0, 1e10),
     shape=(
-        Param("rest_position", "m", "position without spring force", 0.04, -1.0, 1.0,
+        Param("rest_position", "m", "position without spring force", 0.04, -10.0, 10.0,
               shown="mm", default=0.0, along_stroke=True, spread=factor(1.5)),
     ),
     source="linear spring",
@@ -70,9 +70,9 @@ def load_spring(position: float, stiffness: float, rest_position: float) -> floa
 
 @effect(
     load,
-    knob=Param("stiffness", "N/m", "stiffness of the wall", 1e6, 0.0, 1e8),
+    knob=Param("stiffness", "N/m", "stiffness of the wall", 1e6, 0.0, 1e10),
     shape=(
-        Param("distance", "m", "position at which the load touches it", 0.05, -1.0, 10.0,
+        Param("distance", "m", "position at which the load touches it", 0.05, -10.0, 10.0,
               shown="mm", default=0.05, along_stroke=True, spread=factor(1.5)),
         Param("damping", "s/m", "relative growth of the force with the closing speed",
               2.0, 0.0, 50.0, default=2.0, spread=factor(2.0)),
@@ -102,7 +102,7 @@ def wall(
 
 @effect(
     load,
-    knob=Param("amplitude", "N", "amplitude of the force", 200.0, 0.0, 1e5),
+    knob=Param("amplitude", "N", "amplitude of the force", 200.0, 0.0, 1e7),
     shape=(
         Param("frequency", "Hz", "frequency", 2.0, 0.0, 100.0, default=2.0, spread=factor(1.5)),
     ),
@@ -201,7 +201,7 @@ def _reflected_mass(position: float, inertia: float, triangle: Triangle) -> floa
 
 @effect(
     load,
-    knob=Param("inertia", "kg*m^2", "moment of inertia about the joint", 0.0218, 0.0, 10.0,
+    knob=Param("inertia", "kg*m^2", "moment of inertia about the joint", 0.0218, 0.0, 1e6,
                source="public HyQ model: lower leg"),
     shape=(
         Param("retracted_length", "m", "distance of the cylinder's joints at x = 0", 0.282, 0.01,
@@ -211,7 +211,7 @@ def _reflected_mass(position: float, inertia: float, triangle: Triangle) -> floa
               default=0.322, source="public HyQ bench script", spread=factor(1.2)),
         Param("crank", "m", "joint to the rod's end", 0.045, 0.001, 10.0, shown="mm",
               default=0.045, source="public HyQ bench script", spread=factor(1.2)),
-        Param("torque", "N*m", "torque about the joint against extension", 0.0, -1e3, 1e3,
+        Param("torque", "N*m", "torque about the joint against extension", 0.0, -1e7, 1e7,
               default=0.0, spread=SETTING),
         Param("mass_moment", "kg*m", "mass times distance of its centre from the joint", 0.1, 0.0,
               1e4, default=0.0, source="0.807 kg (public HyQ model) at 0.125 m (assumed)",

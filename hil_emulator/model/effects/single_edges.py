@@ -18,12 +18,12 @@ _UNLIKE = "Reynolds number and clearance of the wider slot: its opening counts a
 
 def _lap(ports: str) -> Param:
     return Param("lap", "A", f"spool travel before the edge {ports} opens, over that of the others",
-                 1e-4, -2e-3, 2e-3, shown="mA")  # fmt: skip
+                 1e-4, -6e-3, 6e-3, shown="mA")  # fmt: skip
 
 
 def _gain(ports: str) -> Param:
     return Param("excess", "1", f"area gradient of the edge {ports}, over that of the others",
-                 0.05, -0.5, 0.5, shown="%")  # fmt: skip
+                 0.05, -0.9, 2.0, shown="%")  # fmt: skip
 
 
 @effect(edge_sa, knob=_lap("P-A"), source=_LAND, signature=_SHOWS)

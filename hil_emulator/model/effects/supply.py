@@ -154,10 +154,10 @@ def pump_friction(
 
 @effect(
     capacity,
-    knob=Param("gas_volume", "m^3", "gas volume at pre-charge", 4e-5, 0.0, 0.1, shown="l",
+    knob=Param("gas_volume", "m^3", "gas volume at pre-charge", 4e-5, 0.0, 10.0, shown="l",
                source="0.04 l in a public HyQ bench script"),
     shape=(
-        Param("precharge", "Pa", "pre-charge pressure, absolute", 100e5, 1e5, 300e5, shown="bar",
+        Param("precharge", "Pa", "pre-charge pressure, absolute", 100e5, 1e5, 600e5, shown="bar",
               default=100e5, source="public HyQ bench script", spread=factor(1.3)),
         Param("exponent", "1", "polytropic exponent", 1.4, 1.0, 1.4, default=1.4,
               source="public HyQ bench script", spread=factor(1.1)),
@@ -263,7 +263,7 @@ def supply_line(excess: float, supply_pressure: float) -> float:
 
 @effect(
     pilot_flow,
-    knob=Param("conductance", "m^3/(s*Pa)", "conductance from s to t", 2.2e-13, 0.0, 1e-11,
+    knob=Param("conductance", "m^3/(s*Pa)", "conductance from s to t", 2.2e-13, 0.0, 1e-9,
                shown="cm^3/(min*bar)", source="public HyQ bench script: 0.28 l/min at 210 bar"),
     source="flow of the pilot stage, taken as proportional to pressure",
     signature="power alone: supply flow at rest",

@@ -80,7 +80,7 @@ def current_saturation(current: float, limit: float) -> float:
 @effect(
     command,
     knob=Param("time_constant", "s", "time constant of the closed current loop",
-               2e-4, 0.0, 0.01, shown="ms"),
+               2e-4, 0.0, 0.2, shown="ms"),
     states=(Quantity("coil_current", "A", "current in the coil"),),
     source="inductance and resistance of the coil under a current loop: first order",
     signature="phase of the pressures against the set point; like a slower spool",
@@ -206,7 +206,7 @@ def flow_force(
 @effect(
     spool_force,
     knob=Param("current", "A", "current that must change before the spool moves",
-               2.5e-5, 0.0, 5e-4, shown="uA"),
+               2.5e-5, 0.0, 2e-3, shown="uA"),
     source="standard servo-valve specification (threshold, below 0.5 % of rated current)",
     signature="spool, so pressures and flow, rest while the command moves a little",
     not_modelled="dither that dissolves it",
@@ -240,7 +240,7 @@ def pilot_lag(deviation: float, lagging: float, time_constant: float) -> tuple[f
 
 @effect(
     spool,
-    knob=Param("rate", "A/s", "fastest motion of the spool", 3.6, 0.05, math.inf, off=math.inf),
+    knob=Param("rate", "A/s", "fastest motion of the spool", 3.6, 1e-3, math.inf, off=math.inf),
     source="S1 3.3.1: 250 Hz at ±25 %, 100 Hz at ±100 %; this one number gives both",
     signature="large, fast commands only: flow lags and turns triangular",
 )

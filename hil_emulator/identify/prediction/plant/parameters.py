@@ -42,7 +42,7 @@ def ordinary(
 
     """
     usual = {**tolerances, **model.config.tolerances}
-    chosen = [_parameter(model, f"{table}_{param.name}", param, usual)
+    chosen = [_parameter(model, f"{table}_{param.name}", model.sized(param, table), usual)
              for table, params in quantities.PARAMS.items() for param in params]  # fmt: skip
     for effect in model.effects:
         if effect.stage in SAMPLED or math.isinf(effect.off):
@@ -50,7 +50,8 @@ def ordinary(
         field = effect.field_of(effect.knob)
         value = model.plant_values.get(field, effect.off)
         if is_on(effect, value):
-            knob = _knob(effect, value, usual.get(field, KNOB_TOLERANCE))
+            param = model.sized(effect.knob, effect.stage.table)
+            knob = _knob(effect, param, value, usual.get(field, KNOB_TOLERANCE))
             chosen += [knob, *_shapes(model, knob, usual)]
     open_ones = [c for c in chosen if c is not None and c.scale]
     return sorted(open_ones, key=lambda c: not c.stated)
@@ -85,8 +86,7 @@ def _parameter(
     )  # fmt: skip
 
 
-def _knob(effect: Effect, value: float, tolerance: float) -> Coordinate:
-    param = effect.knob
+def _knob(effect: Effect, param: Param, value: float, tolerance: float) -> Coordinate:
     return Coordinate(
         name=effect.name, field=effect.field_of(param), channel="", unit=param.unit,
         shown=param.shown, scale=abs(value) * tolerance, neutral=value, scaling="linear",

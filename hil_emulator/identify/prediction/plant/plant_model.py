@@ -22,6 +22,7 @@ from hil_emulator.model.declare import Effect, Param, factor, is_on
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.layout import fill, length
 from hil_emulator.model.plant import Plant, Supply
+from hil_emulator.model.rating import REFERENCE_CURRENT, TABLES, at_rated_current
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stages import SAMPLED
 
@@ -69,6 +70,7 @@ class PlantModel:
 
     def __init__(self, config: Configuration, cache: Path | None) -> None:
         self.config = config
+        self.rated = config.rated_current or REFERENCE_CURRENT
         self.effects = tuple(e for e in config.effects if e.named or _has(config, e))
         self.kernel = probed(self.effects, cache)
         self.loops = bind(self.kernel, cache)
@@ -108,7 +110,8 @@ class PlantModel:
         longer = values.get("cylinder_stroke", stroke.typical) / stroke.typical
         # a shape whose default is zero, as a spring's rest at the stop, is taken where it is usual
         shapes = {e.field_of(p): (p.default or p.typical) * (longer if p.along_stroke else 1.0)
-                  for e in self.effects if e.stage not in SAMPLED for p in e.shape}  # fmt: skip
+                  for e in self.effects if e.stage not in SAMPLED
+                  for p in (self.sized(shape, e.stage.table) for shape in e.shape)}  # fmt: skip
         return shapes | values
 
     def _channel(self, name: str, values: dict[str, float]) -> Array:
@@ -176,9 +179,13 @@ class PlantModel:
         """Return the largest eigenvalue of the model around rest and slow motion [rad/s]."""
         return self._moving.fastest(par, self.start(par, 1e-5, None))
 
+    def sized(self, param: Param, table: str) -> Param:
+        """Return a declaration as it is for this machine: currents of the valve by its rating."""
+        return at_rated_current(param, self.rated) if table in TABLES else param
+
     def knob(self, effect: Effect, channel: str, prior: float) -> Coordinate:
         """Return the knob of an effect as a coordinate."""
-        knob: Param = effect.knob
+        knob = self.sized(effect.knob, effect.stage.table)
         span = SPANS[channel] if channel and knob.unit == "span" else 1.0
         field = effect.field_of(knob)
         table = self.chan if channel else self.par
@@ -203,7 +210,7 @@ class PlantModel:
         span = SPANS[knob.channel] if knob.channel else 1.0
         table = self.chan if knob.channel else self.par
         found = []
-        for p in effect.shape:
+        for p in (self.sized(shape, effect.stage.table) for shape in effect.shape):
             field, spread = effect.field_of(p), p.spread or USUAL_SPREAD
             size = span if p.unit == "span" else 1.0
             shape = Coordinate(

@@ -1,0 +1,38 @@
+"""Currents of a valve relative to its rated current: bounds, typical sizes and defaults."""
+
+from dataclasses import replace
+
+from hil_emulator.model.declare import Param
+
+REFERENCE_CURRENT = 0.01
+"""Rated current at which the declarations of the valve hold [A] (Moog E024 in public HyQ scripts).
+"""
+
+TABLES = ("valve", "driver")
+"""The configuration tables whose currents are relative to the rated current."""
+
+_POWERS = {"A": 1, "A/s": 1, "m/A": -1}
+
+
+def depends(param: Param) -> bool:
+    """Return whether the bounds of a number of the valve depend on the rated current."""
+    return param.unit in _POWERS
+
+
+def scale(param: Param, rated: float) -> float:
+    """Return the factor of a declared number of the valve at a rated current [A].
+
+    What is a current, or a rate of it, grows with the rated current; what is per ampere falls.
+    """
+    return float((rated / REFERENCE_CURRENT) ** _POWERS.get(param.unit, 0))
+
+
+def at_rated_current(param: Param, rated: float) -> Param:
+    """Return a declaration of the valve at a rated current [A]."""
+    times = scale(param, rated)
+    if times == 1.0:
+        return param
+    return replace(
+        param, typical=times * param.typical, low=times * param.low, high=times * param.high,
+        default=None if param.default is None else times * param.default,
+    )  # fmt: skip

@@ -1,0 +1,51 @@
+"""A machine without what no linear model has: friction of the spool, hysteresis, a dead band."""
+
+from collections.abc import Mapping
+
+FRICTION_OF_SPOOL = {"threshold_current": "threshold", "hysteresis_width": "hysteresis"}
+"""Effects that keep the spool where it is while the current changes a little, by field."""
+
+DITHER = "dither_amplitude"
+"""Field of the ripple of the current, under which nothing is at rest."""
+
+OVERLAP, JUMP = "overlap_lap", "dead_band_compensation_jump"
+"""Fields of the travel before an edge opens, and of the jump over it."""
+
+
+def sliding(values: Mapping[str, float]) -> dict[str, float]:
+    """Return the parameters of the same valve whose spool slides freely."""
+    return {**values, **dict.fromkeys((*FRICTION_OF_SPOOL, DITHER), 0.0)}
+
+
+def at_the_edge(values: Mapping[str, float]) -> dict[str, float]:
+    """Return the parameters of the same valve at the edges of its dead band: lands without overlap.
+
+    A driver that compensates the dead band jumps from one edge to the other.
+    """
+    return {**values, OVERLAP: 0.0, JUMP: 0.0}
+
+
+def left_out(values: Mapping[str, float], *, at_rest: bool) -> list[str]:
+    """Return what a linear model of a machine leaves out, one sentence each.
+
+    Args:
+        values: parameters by field name, SI.
+        at_rest: whether it is the linear model at rest.
+
+    """
+    names = [name for field, name in FRICTION_OF_SPOOL.items() if values.get(field, 0.0)]
+    sentences = []
+    if names:
+        sentences.append(
+            f"{' and '.join(names).capitalize()}: the spool slides. Currents that change by less "
+            "do not move it."
+        )
+    if values.get(DITHER, 0.0):
+        sentences.append("Dither: the model is that of the mean current.")
+    lap = values.get(OVERLAP, 0.0)
+    if lap and at_rest:
+        sentences.append(
+            f"Overlap: the model holds at the edges of the dead band, where a driver that "
+            f"compensates it works. Within ±{lap * 1e3:.4g} mA only leakage passes the valve."
+        )
+    return sentences
