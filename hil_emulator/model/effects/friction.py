@@ -114,7 +114,7 @@ def position_friction(scale: float, position: float, rise: float, cylinder_strok
     return scale * (1.0 + rise * from_centre * from_centre)
 
 
-class Course(NamedTuple):
+class StrokeTable(NamedTuple):
     """Relative course of friction at five points of the stroke, see `friction_along_stroke`."""
 
     at_0: float
@@ -144,7 +144,7 @@ def _share(name: str, typical: float) -> Param:
     signature="friction force against position at constant speed, different at both ends",
 )  # fmt: skip
 def friction_along_stroke(
-    scale: float, position: float, strength: float, course: Course, cylinder_stroke: float
+    scale: float, position: float, strength: float, course: StrokeTable, cylinder_stroke: float
 ) -> float:
     """F = F (1 + k s(x)),  s straight between points at 0, 25, 50, 75 and 100 % of the stroke.
 
