@@ -24,6 +24,7 @@ _HOMES = {
     "identify": "api.identification:identify",
     "load": "api.actuator:load",
     "machines": "api.actuator:machines",
+    "play": "api.scenario:play",
     "read": "api.reading:read",
     "to_xarray": "api.tables:to_xarray",
 }

@@ -8,6 +8,7 @@ from hil_emulator.api.linear_model import LinearModel as LinearModel
 from hil_emulator.api.lockstep import LockstepRig as Rig
 from hil_emulator.api.picture import Picture as Picture
 from hil_emulator.api.reading import read as read
+from hil_emulator.api.scenario import play as play
 from hil_emulator.api.tables import to_xarray as to_xarray
 from hil_emulator.errors import UserError as UserError
 
@@ -23,6 +24,7 @@ __all__ = [
     "identify",
     "load",
     "machines",
+    "play",
     "read",
     "to_xarray",
 ]

@@ -1,6 +1,8 @@
 """The one exception that is meant for the user, and how it quotes what the user gave."""
 
+import difflib
 import reprlib
+from collections.abc import Iterable
 
 _LONGEST = 80  # characters of a quotation (assumed)
 
@@ -22,3 +24,11 @@ def brief(given: object) -> str:
         return reprlib.repr(given)
     except (ValueError, RecursionError):  # Python prints no integer of thousands of digits
         return f"{type(given).__name__} of a size beyond all measure"
+
+
+def did_you_mean(wrong: str, names: Iterable[str]) -> str:
+    """Return the end of a message on an unknown name: a similar name, and all that there are."""
+    listed = list(names)
+    similar = difflib.get_close_matches(brief(wrong).lower(), listed, 1)
+    hint = f", did you mean '{similar[0]}'? There are" if similar else "; there are"
+    return f"{hint} {', '.join(listed)}"

@@ -315,6 +315,10 @@ def count(text: object, one: str) -> float:
         raise ValueError(f'{written} cannot be counted in "{brief(one)}"') from None
 
 
+READ_AS = {"Pa": "bar", "m": "mm", "A": "mA", "m/s": "mm/s"}
+"""Units in which engineers read signals, by their SI unit."""
+
+
 def show(value: float, unit: str, shown: str = "") -> str:
     """Return an SI value as people write it: `show(1.6e7, "Pa", "bar")` is "160 bar"."""
     target = shown or unit

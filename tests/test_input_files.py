@@ -30,11 +30,11 @@ from hil_emulator.identify.experiment_design import sealed
 from hil_emulator.identify.measured.reading import read
 from hil_emulator.panel.result_folder import result_of, traces_of
 from hil_emulator.recording import journal
-from hil_emulator.scenario import schema
+from hil_emulator.scenario import loading
 
 READERS: dict[str, Callable[[Path], object]] = {
     "toml": lambda file: load([file]),
-    "scenario.toml": schema.load,
+    "scenario.toml": loading.load,
     "eds": lambda file: eds.load(file, 5),
     "dcf": eds.commissioned,
     "dbc": lambda file: by_database.from_file(file, {}),

@@ -21,7 +21,7 @@ ROOMS = {
     "ccode": {"numpy", "model"},
     "fmi": set(),
     "fmi/exporting": {"ccode", "model"},
-    "pages": {"jinja2", "matplotlib", "platform"},
+    "pages": {"jinja2", "markupsafe", "matplotlib", "platform"},
     "signals": {"numpy", "model"},
     "protocol": {"pydantic"},
     "config": {"pydantic", "model"},
@@ -71,12 +71,12 @@ ROOMS = {
         "identify/selection", "model", "platform", "protocol", "recording", "simulation",
     },
     "scenario": {
-        "numpy", "pydantic", "bus", "config", "faults", "model", "pages", "platform",
+        "numpy", "pydantic", "bus", "config", "device", "faults", "model", "pages", "platform",
         "recording", "signals", "simulation",
     },
     "testing": {
         "canopen", "pytest", "bus", "config", "device", "faults", "platform", "recording",
-        "signals", "simulation",
+        "scenario", "signals", "simulation",
     },
     "panel": {
         "numpy", "canopen", "websockets", "bus", "config", "device", "faults", "identify/measured",
@@ -86,7 +86,7 @@ ROOMS = {
     "api": {
         "gymnasium", "matplotlib", "numpy", "pandas", "xarray", "bus", "captures", "config",
         "device", "identify", "identify/conclusion", "identify/measured", "identify/reporting",
-        "model", "pages", "platform", "recording", "signals", "simulation",
+        "model", "pages", "platform", "recording", "scenario", "signals", "simulation",
     },
 }  # fmt: skip
 """Rooms from the ground up; the first ones know least. What each may import, besides Python's own
@@ -104,7 +104,7 @@ NARROW = {
 does, and knows nothing of how a node works; what compiles the physics does so once, with a numba
 that it knows."""
 
-OUTERMOST = {"command_line", "commands", "__main__.py", "__init__.py"}
+OUTERMOST = {"command_line", "commands", "learning.py", "__main__.py", "__init__.py"}
 
 INDEPENDENT = (
     {"identify/prediction/residuals", "identify/prediction/model_run"},

@@ -117,7 +117,8 @@ def test_the_controller_by_python_can_moves_the_rod_towards_its_target(port: int
     node = network.add_node(5, str(shipped("eds/hydraulic_actuator.eds")))
     node.nmt.state = "OPERATIONAL"
     before = node.sdo["position"].phys
-    exec(block("how_to/controller.md", "python", "import struct").replace("29536", str(port)), {})
+    code = block("how_to/controller.md", "python", "import logging, struct")
+    exec(code.replace("29536", str(port)), {})
     assert abs(node.sdo["position"].phys - 0.05) < abs(before - 0.05)
     network.disconnect()
 

@@ -1,4 +1,4 @@
-"""Pictures of effects added to their page, and the page of requests, from the declarations."""
+"""Pictures of effects, from the declarations, added to their page."""
 
 import re
 from collections.abc import Callable
@@ -7,9 +7,7 @@ from typing import Any
 
 from sphinx.application import Sphinx
 
-from build_time import protocol_page
 from build_time.execute import GENERATED
-from build_time.reference.markdown import table
 from build_time.step_pictures import drawn, response
 from hil_emulator.model.effects import CATALOGUE
 
@@ -25,12 +23,7 @@ def effects(folder: Path) -> None:
             drawn(found).savefig(folder / f"effect_{effect.name}.png", dpi=80.0)
 
 
-def requests(folder: Path) -> None:
-    """Write the page of every request, and their JSON Schema."""
-    protocol_page.write(folder, table)
-
-
-MADE: tuple[Callable[[Path], None], ...] = (effects, requests)
+MADE: tuple[Callable[[Path], None], ...] = (effects,)
 
 
 def make(app: Sphinx) -> None:

@@ -14,7 +14,7 @@ from hil_emulator.api.tables import recorded
 from hil_emulator.config.load import Configuration, built_in, load_texts, whole
 from hil_emulator.config.load import load as load_one
 from hil_emulator.config.machine import has_actuators, load_machine
-from hil_emulator.errors import UserError, brief
+from hil_emulator.errors import UserError, brief, did_you_mean
 from hil_emulator.model.actuator import INPUTS
 from hil_emulator.model.declare import Effect, Param, is_on
 from hil_emulator.model.plant import Matrix
@@ -211,7 +211,7 @@ def _channel(name: str) -> Channel | None:
     """
     channels = {channel.name: channel for channel in CHANNELS}
     if name and name not in channels:
-        raise UserError(f"no channel '{brief(name)}'; there are {', '.join(channels)}")
+        raise UserError(f"no channel '{brief(name)}'{did_you_mean(name, channels)}")
     return channels.get(name)
 
 
@@ -219,7 +219,7 @@ def _effect(effects: Sequence[Effect], name: str) -> Effect:
     for effect in effects:
         if effect.name == name:
             return effect
-    raise UserError(f"no effect '{brief(name)}'; there are {', '.join(e.name for e in effects)}")
+    raise UserError(f"no effect '{brief(name)}'{did_you_mean(name, [e.name for e in effects])}")
 
 
 def _shown(knob: Param, value: float, channel: Channel | None) -> str:
@@ -264,7 +264,7 @@ def _ticks(courses: dict[str, Course], duration: Quantity | None, tick: float) -
 def _sampled(name: str, course: Course, times: Matrix) -> Matrix:
     """Return the values of an input at the beginning of each tick, SI."""
     if name not in _UNITS:
-        raise UserError(f"no input '{brief(name)}' of the plant; there are {', '.join(_UNITS)}")
+        raise UserError(f"the plant has no input '{brief(name)}'{did_you_mean(name, _UNITS)}")
     if callable(course):
         return np.array([float(course(t)) for t in times.tolist()])
     if isinstance(course, str) or np.ndim(course) == 0:

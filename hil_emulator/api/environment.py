@@ -84,11 +84,3 @@ class Reaching(gymnasium.Env[Observation, NDArray[np.float32]]):
         shares = [read[name] / largest for name, largest in self._ranges.items()]
         observation = np.array([*shares, self._target / self._stroke], np.float32)
         return np.clip(observation, -_REACH, _REACH)
-
-
-def register() -> None:
-    """Register the environments with Gymnasium, which calls this itself."""
-    gymnasium.register(
-        "hil_emulator/Knee-v0", entry_point="hil_emulator.api.environment:Reaching",
-        max_episode_steps=STEPS,
-    )  # fmt: skip

@@ -17,7 +17,7 @@ _MEANINGS = {
     "identify files": f"{_FILES}; then recorded data",
     "gap files": f"{_FILES}; then recorded data",
     "experiment name": "experiment of the library; without it, the library is listed",
-    "hide effects": "effects to hide; `nothing` hides none",
+    "hide effects": "effects to hide; `nothing` hides no effect",
 }
 """By command and parameter, or by parameter alone if it means the same in every command."""
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import click
 
-from hil_emulator.command_line.examples import EXAMPLES
-from hil_emulator.errors import UserError
+from hil_emulator.command_line.examples import EXAMPLES, GROUPS
+from hil_emulator.errors import UserError, brief, did_you_mean
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as a shell gives it: 128 and the signal's number."""
@@ -24,18 +24,35 @@ class Commands(click.Group):
     """
 
     def add_command(self, cmd: click.Command, name: str | None = None) -> None:
-        """Add a command, with an example at the end of its help."""
+        """Add a command, with an example at the beginning of its help."""
         super().add_command(cmd, name)
-        cmd.epilog = f"\b\nExample:\n  {EXAMPLES[name or str(cmd.name)]}"
+        example = EXAMPLES[name or str(cmd.name)]
+        text = cmd.format_help_text
+
+        def with_example(ctx: click.Context, formatter: click.HelpFormatter) -> None:
+            formatter.write(f"\nExample: {example}\n")
+            text(ctx, formatter)
+
+        cmd.format_help_text = with_example  # type: ignore[method-assign]
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List the commands by their whole first sentence, which click would truncate."""
-        rows = [
-            (name, self.commands[name].get_short_help_str(sys.maxsize))
-            for name in self.list_commands(ctx)
-        ]
-        with formatter.section("Commands"):
-            formatter.write_dl(rows)
+        """List the commands in groups, each with its whole first sentence."""
+        width = max(map(len, EXAMPLES))
+        for group, names in GROUPS.items():
+            rows = [
+                (f"{name:<{width}}", self.commands[name].get_short_help_str(sys.maxsize))
+                for name in names
+            ]
+            with formatter.section(group):
+                formatter.write_dl(rows)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command and its arguments; the error for a wrong name suggests one."""
+        if args[0] not in self.commands and not args[0].startswith("-"):
+            ctx.fail(f"no command '{brief(args[0])}'{did_you_mean(args[0], self.commands)}")
+        return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Invoke a command."""

@@ -133,7 +133,7 @@ def hide(
     effects: tuple[str, ...], sizes: tuple[str, ...], out: Path | None, play: Path | None,
     opened: Path | None, overwrite: bool, **drawn: Any,
 ) -> None:  # fmt: skip
-    """Simulate experiments with hidden EFFECTs to practise on; `nothing` hides none."""
+    """Simulate experiments with hidden EFFECTs to practise on; `nothing` hides no effect."""
     from hil_emulator.commands import hide as command
 
     if opened is not None:

@@ -42,11 +42,13 @@ class PackagedFile(click.ParamType[Path]):
         return [*fitting, CompletionItem(incomplete, type="file")]
 
 
-def _some(ctx: click.Context, param: click.Parameter, files: tuple[Path, ...]) -> tuple[Path, ...]:
-    """Refuse an empty list of files; the message lists the packaged machines."""
+def some_files(
+    ctx: click.Context, param: click.Parameter, files: tuple[Path, ...]
+) -> tuple[Path, ...]:
+    """Refuse an empty list of files without a scenario; the message lists the packaged machines."""
     from hil_emulator.platform.packaged import Purpose, packaged, summary
 
-    if files:
+    if files or ctx.params.get("played"):  # a scenario names its configuration
         return files
     machines = [f"  {name:<14} {summary(file)}" for name, file in packaged(Purpose.MACHINE).items()]
     text = (f"name a configuration (TOML), or a machine of the package:\n"
@@ -151,4 +153,12 @@ OVERWRITE = click.option(
 CONFIGURATION = PackagedFile("configuration", "machine", "layer", "bench")
 SCENARIO = PackagedFile("scenario", "scenario")
 
-FILES = click.argument("files", metavar="CONFIG...", nargs=-1, type=CONFIGURATION, callback=_some)
+ROLE = click.option(
+    "--controller", "role", type=click.Choice(["reference", "external", "none"]),
+    help="Controller that acts, in place of that of the scenario.",
+)  # fmt: skip
+"""Option of the commands that play a scenario."""
+
+FILES = click.argument(
+    "files", metavar="CONFIG...", nargs=-1, type=CONFIGURATION, callback=some_files
+)

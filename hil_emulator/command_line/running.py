@@ -7,11 +7,14 @@ import click
 
 from hil_emulator.command_line.kinds import (
     CONFIGURATION,
-    FILES,
     OVERWRITE,
+    ROLE,
+    SCENARIO,
     Duration,
+    NewFile,
     NewPicture,
     Output,
+    some_files,
 )
 
 DIRECTIONS = click.option(
@@ -21,7 +24,14 @@ DIRECTIONS = click.option(
 
 
 @click.command()
-@FILES
+@click.argument("files", metavar="[CONFIG]...", nargs=-1, type=CONFIGURATION, callback=some_files)
+@click.option(
+    "--scenario", "played", type=SCENARIO, is_eager=True,
+    help="Play a scenario on the bus; its configuration is used if CONFIG is missing.",
+)  # fmt: skip
+@ROLE
+@click.option("--junit", type=NewFile(), help="With --scenario: write JUnit XML.")
+@click.option("--html", "page", type=NewFile(), help="With --scenario: write one HTML page.")
 @click.option("--bus", metavar="INTERFACE:CHANNEL", help="Another bus, such as socketcan:vcan0.")
 @click.option(
     "--clock",
@@ -57,7 +67,10 @@ DIRECTIONS = click.option(
 @click.option(
     "--panel-view-only", "panel", flag_value="view only", help="Show the panel, read-only."
 )
+@click.pass_context
 def run(
+    ctx: click.Context,
+    /,
     files: tuple[Path, ...],
     bus: str | None,
     clock: str,
@@ -66,17 +79,27 @@ def run(
     faults: tuple[str, ...],
     **options: Any,
 ) -> None:
-    """Run the emulator on its bus."""
+    """Run the emulator on its bus.
+
+    With --scenario the exit code is 1 if an expectation is not met, 2 if the scenario cannot run.
+
+    A run that falls behind real time is no valid test of a controller that keeps real time. Give
+    the emulator a real-time priority (`you - rtprio 50` in /etc/security/limits.conf, and a new
+    login), or use --clock follow-sync.
+    """
     from hil_emulator.platform.lean_start import lean_start
 
     lean_start()
     from hil_emulator.commands import run as command
     from hil_emulator.commands.recording import ordered
+    from hil_emulator.commands.run_scenario import scenario_options
 
     opened = [options.pop(name) for name in ("port", "control", "panel", "processes")]
+    played = {name: options.pop(name) for name in ("played", "role", "junit", "page")}
     operation = command.operation(*opened)
     recording = ordered(record, **options)
-    command.run(files, bus, clock, duration, recording, faults, operation)
+    scenario = scenario_options(**played, overwrite=recording.overwrite)
+    ctx.exit(command.run(files, bus, clock, duration, recording, faults, operation, scenario))
 
 
 @click.command(context_settings={"ignore_unknown_options": True})  # "-0.5 mA" is a value

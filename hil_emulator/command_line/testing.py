@@ -5,7 +5,7 @@ from typing import Any
 
 import click
 
-from hil_emulator.command_line.kinds import OVERWRITE, SCENARIO, NewFile, Output
+from hil_emulator.command_line.kinds import OVERWRITE, ROLE, SCENARIO, NewFile, Output
 
 
 @click.command("faults")
@@ -28,26 +28,29 @@ def list_faults() -> None:
 @click.option("--junit", type=NewFile(), help="Write JUnit XML.")
 @click.option("--html", "page", type=NewFile(), help="Write one HTML page.")
 @click.option("--record", type=Output(is_folder=True), help="Folder for recordings.")
+@ROLE
 @OVERWRITE
 @click.pass_context
 def scenario(
     ctx: click.Context,
+    /,
     files: tuple[Path, ...],
     workers: int | None,
     cluster: str,
-    junit: Path | None,
-    page: Path | None,
     record: Path | None,
-    *,
-    overwrite: bool,
+    role: Any,
+    **reports: Any,
 ) -> None:
-    """Run scenarios; exit code 1 if an expectation is not met, 2 if a scenario cannot run."""
+    """Run scenarios in lock-step; exit code 1 if an expectation is not met, 2 if one cannot run.
+
+    To play a scenario against your controller on a bus, use `hil-emulator run --scenario`.
+    """
     import os
 
     from hil_emulator.commands import scenario as command
 
     count = workers or os.cpu_count() or 1
-    ctx.exit(command.scenario(files, count, cluster, junit, page, record, overwrite=overwrite))
+    ctx.exit(command.scenario(files, count, cluster, command.Reports(**reports), record, role))
 
 
 @click.command()

@@ -19,6 +19,12 @@ FOREVER = 2**62
 READY = "ready"
 """Line that is printed when the first frame, the boot-up message, has been sent."""
 
+BEHIND = (
+    "this machine is too slow, or too busy; the controller may have seen late readings and "
+    "time-outs that are not its fault; `hil-emulator run --help` has the remedies"
+)
+"""Meaning of a delay behind real time, for the warning."""
+
 _STATUS_S = 0.5  # between two status lines
 _SLIP_NS = 100_000_000  # further delay after which the warning is repeated (assumed)
 _BETWEEN_S = 0.01  # emulator time between two calls of `between`
@@ -117,7 +123,7 @@ def keep_running(
                 between()
             if timing.slipped_ns >= told_ns + _SLIP_NS:
                 told_ns = timing.slipped_ns
-                output.warn(f"{behind(timing)}: this machine is too slow, or too busy")
+                output.warn(f"{behind(timing)}: {BEHIND}")
             if output.live and time.monotonic() - shown > _STATUS_S / 2:
                 shown = time.monotonic()
                 output.show(status())

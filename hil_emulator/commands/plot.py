@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hil_emulator.commands.waiting import waiting
-from hil_emulator.errors import UserError
+from hil_emulator.errors import UserError, did_you_mean
 from hil_emulator.pages import drawing
 from hil_emulator.platform.output_files import refuse_existing
 from hil_emulator.platform.paths import near
@@ -50,7 +50,7 @@ def drawn(recording: Recording, names: Sequence[str]) -> "Figure":
     units, table = recording.units, recording.table()
     for name in names:
         if name not in units:
-            raise UserError(f"no signal '{name}'; there are {', '.join(units)}")
+            raise UserError(f"no signal '{name}'{did_you_mean(name, units)}")
     chosen = list(dict.fromkeys(units[name] for name in names))
     size = (9, 2.4 * len(chosen) + 0.6)
     figure, axes = drawing.subplots(size, len(chosen), sharex=True, squeeze=False)

@@ -22,8 +22,10 @@ from hil_emulator.commands.live import (
     summary,
     traffic,
 )
+from hil_emulator.commands.live_play import LivePlay
 from hil_emulator.commands.recording import NOT_RECORDED, RecordOptions, recorded
 from hil_emulator.commands.run_machine import run_machine
+from hil_emulator.commands.run_scenario import ScenarioOptions, play_runs
 from hil_emulator.commands.waiting import PREPARING, waiting
 from hil_emulator.config.bus import DEFAULT_BUS
 from hil_emulator.config.load import Configuration
@@ -39,10 +41,11 @@ from hil_emulator.remote.rig_requests import Handlers, rig_requests
 from hil_emulator.simulation import realtime
 from hil_emulator.simulation.assembly import assemble
 from hil_emulator.simulation.clock import Clock, FollowSync, LockStep, WallClock
-from hil_emulator.simulation.loop import Timing
+from hil_emulator.simulation.loop import Ticking, Timing
 from hil_emulator.simulation.machine import prepare
 from hil_emulator.simulation.not_finite import PlantFailedError
 from hil_emulator.simulation.rig import Rig
+from hil_emulator.simulation.timed_can_port import CanPort
 
 
 @dataclass(frozen=True)
@@ -71,8 +74,9 @@ def run(
     recording: RecordOptions = NOT_RECORDED,
     faults: Sequence[str] = (),
     operation: Operation = Operation(),
-) -> None:
-    """Run the emulator.
+    scenario: ScenarioOptions | None = None,
+) -> int:
+    """Run the emulator and return the exit code.
 
     Args:
         files: configuration files, later over earlier.
@@ -82,6 +86,7 @@ def run(
         recording: options of the recording; of several actuators each has its own files.
         faults: faults, one per line; see `faults.fault.spoken` and `run_machine.placed`.
         operation: access and processes.
+        scenario: played on the bus; its end ends the run.
 
     Raises:
         UserError: for every error of the input.
@@ -89,16 +94,22 @@ def run(
             required recording.
 
     """
-    if clock == "lockstep" and duration is None:
+    if scenario and duration is not None:
+        raise UserError("--duration: the scenario has its own duration; leave the option out")
+    if clock == "lockstep" and duration is None and not scenario:
         raise UserError("the lock-step clock does not wait: add --duration")
-    settings = load_machine(files)
+    runs = scenario.runs() if scenario else []
+    settings = load_machine(scenario.configuration(files) if scenario else files)
     if len(settings.actuators) > 1:
-        if bus or operation != Operation(processes=operation.processes):
+        if bus or scenario or operation != Operation(processes=operation.processes):
             raise UserError(
-                "--bus, --port, --control and --panel are for one actuator; run its own files"
+                "--bus, --port, --control, --panel and --scenario are for one actuator; run its "
+                "own files"
             )
         run_machine(settings, clock, duration, recording, faults, operation.processes)
-        return
+        return 0
+    if len(runs) > 1 and (operation.panel or operation.control):
+        raise UserError("--panel and --control show one run; this scenario has several")
     recording.check()
     injected = [spoken(line) for line in faults]
     config = settings.actuators[0].config
@@ -106,19 +117,31 @@ def run(
     with waiting(PREPARING):
         prepare(settings, cache_folder())  # before a client can connect
     with Supervisor(Terminal().warn) as supervisor, Bus(settings_of_bus) as bus_port:
-        recorder = partial(recorded, config=config, options=recording, supervisor=supervisor)
-        _on_bus(bus_port, config, clock, duration, recorder, injected, operation, supervisor)
+
+        def run_once(
+            play: LivePlay | None, config: Configuration, recording: RecordOptions
+        ) -> None:
+            recorder = partial(recorded, config=config, options=recording, supervisor=supervisor)
+            extent = Extent(clock, duration, injected, play)
+            _on_bus(bus_port, config, extent, recorder, operation, supervisor)
+
+        if scenario:
+            return play_runs(scenario, runs, config, recording, run_once)
+        run_once(None, config, recording)
+        return 0
 
 
 def _on_bus(
-    bus_port: Bus, config: Configuration, clock: str, duration: float | None,
-    recorder: Callable[[Rig], AbstractContextManager[object]], faults: Sequence[Fault],
+    bus_port: Bus, config: Configuration, extent: "Extent",
+    recorder: Callable[[Rig], AbstractContextManager[object]],
     operation: Operation, supervisor: Supervisor,
 ) -> None:  # fmt: skip
     """Run the rig on its bus, with panel and remote control."""
+    clock, faults, play = extent.clock, extent.faults, extent.play
     follow = FollowSync(bus_port, config.sync_period_ns) if clock == "follow-sync" else None
     panel = Panel(operation.panel, follow or bus_port) if operation.panel else None
-    rig = assemble(config, panel.hand if panel else follow or bus_port, cache_folder())
+    port: CanPort = panel.hand if panel else follow or bus_port
+    rig = assemble(config, play.port(port) if play else port, cache_folder())
     refuse_collisions("bus", rig.nodes)
     with ExitStack() as stack:
         stack.enter_context(recorder(rig))
@@ -136,20 +159,47 @@ def _on_bus(
             click.echo(f"fault     {fault.words}")
         served = [server.serve for server in (control_server, panel) if server]
         pace = _clock(clock, config, follow, rig)
-        ticks = FOREVER if duration is None else round(duration * 1e9 / config.tick_ns)
+        if play:
+            play.start(rig)
 
         def between() -> None:
             for serve in served:
                 serve(rig)
+            if play:
+                play.serve()
             supervisor.look()
 
         if follow is not None:
             follow.idle = between
-        _live(rig, pace, (ticks, timing, between), bus_port, config)
+        course = (extent.ticks(config.tick_ns), timing, between)
+        _live(rig, play or rig, pace, course, bus_port, config)
+
+
+@dataclass(frozen=True)
+class Extent:
+    """What passes in a run, and when it ends.
+
+    Attributes:
+        clock: "wall", "lockstep" or "follow-sync".
+        duration: emulator time to run [s]; None runs until interrupted.
+        faults: injected at the start.
+        play: scenario that is played, and whose end ends the run; None without.
+
+    """
+
+    clock: str
+    duration: float | None
+    faults: Sequence[Fault]
+    play: LivePlay | None
+
+    def ticks(self, tick_ns: int) -> int:
+        """Return the number of ticks of a period [ns]."""
+        return FOREVER if self.duration is None else round(self.duration * 1e9 / tick_ns)
 
 
 def _live(
     rig: Rig,
+    ticking: Ticking,
     clock: Clock,
     course: tuple[int, Timing, Callable[[], None]],
     bus: Bus,
@@ -159,6 +209,7 @@ def _live(
 
     Args:
         rig: to run.
+        ticking: what ticks: the rig, or a scenario with it.
         clock: decides when its ticks begin.
         course: number of ticks, their timing, and the service of helper processes between ticks.
         bus: of the rig.
@@ -168,7 +219,7 @@ def _live(
     ticks, timing, between = course
     try:
         keep_running(
-            rig,
+            ticking,
             clock,
             ticks,
             timing,

@@ -24,6 +24,7 @@ from typing import Any
 
 from hil_emulator.config.course_points import Points, points
 from hil_emulator.config.scale import SCALES, Ends, read_scale
+from hil_emulator.errors import did_you_mean
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.units import count
 
@@ -123,7 +124,14 @@ def read_map(content: object) -> tuple[ObjectSettings, ...]:
     """
     if not isinstance(content, Mapping):
         raise ValueError('is a table of objects, such as { "0x6130:1" = "pressure_a" }')
-    mapped = tuple(_object(str(key), value) for key, value in content.items())
+    mapped, mistakes = [], []
+    for key, value in content.items():
+        try:
+            mapped.append(_object(str(key), value))
+        except ValueError as error:
+            mistakes.append(str(error))
+    if mistakes:
+        raise ValueError("\n    ".join(mistakes))
     places = [settings.where for settings in mapped]
     signals = [settings.signal for settings in mapped]
     for settings in mapped:
@@ -131,7 +139,7 @@ def read_map(content: object) -> tuple[ObjectSettings, ...]:
             raise ValueError(f"{settings.where} stands there twice")
         if settings.signal in COMMANDS and signals.count(settings.signal) > 1:
             raise ValueError(f"two objects give the command {settings.signal}; keep one")
-    return mapped
+    return tuple(mapped)
 
 
 def _object(key: str, content: object) -> ObjectSettings:
@@ -206,8 +214,8 @@ def _constant(content: object) -> dict[str, Any]:
 
 def _signal(name: str, table: Mapping[str, Any]) -> dict[str, Any]:
     if name not in UNITS and name not in DEVICE_SIGNALS:
-        names = ", ".join((*UNITS, *DEVICE_SIGNALS))
-        raise ValueError(f"no channel or command {name!r}; there are {names}")
+        hint = did_you_mean(name, (*UNITS, *DEVICE_SIGNALS))
+        raise ValueError(f"no channel or command {name!r}{hint}")
     if name in DEVICE_SIGNALS:
         return {"signal": name}
     settings = {"signal": name, **read_scale(table, UNITS[name], command=name in COMMANDS)}

@@ -101,6 +101,11 @@ class Node:
         """The NMT state."""
         return self._nmt.state
 
+    @property
+    def commanded(self) -> bool:
+        """Whether it is OPERATIONAL, and has received a set point if it has any."""
+        return self.state is State.OPERATIONAL and self._set_points.commanded
+
     def receive(self, now_ns: int, frames: Iterable[Frame]) -> Mapping[str, float]:
         """Take all frames the bus carried since the last tick.
 

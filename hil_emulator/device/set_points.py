@@ -59,6 +59,11 @@ class SetPoints:
         self.fall_back()
         self.update(operational=False)
 
+    @property
+    def commanded(self) -> bool:
+        """Whether a set point has another origin than its safe value; true without set points."""
+        return not self._objects or len(self._safe) < len(self._objects)
+
     def fall_back(self, only: Sequence[Entry] | None = None) -> None:
         """Put the safe value into the set points (those among `only`, where given)."""
         self.stale = True

@@ -1,14 +1,13 @@
 """One fault as the user wrote it: checked, in SI, with its place in time."""
 
 import contextlib
-import difflib
 import re
 import shlex
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from hil_emulator.errors import UserError, brief
+from hil_emulator.errors import UserError, brief, did_you_mean
 from hil_emulator.faults.catalogue import KINDS
 from hil_emulator.faults.connection import BUS, MESSAGE, MESSAGES, NODE
 from hil_emulator.faults.declare import (
@@ -142,15 +141,15 @@ def fault(target: str, kind: str, /, **options: Any) -> Fault:
             f"fault {target}: a node has messages and objects only; write {_thing(target)}"
         )
     if not possible:
-        raise UserError(f"fault: unknown target '{brief(target)}'{_meant(target, targets())}")
+        raise UserError(f"fault: unknown target '{brief(target)}'{did_you_mean(target, targets())}")
     kind = brief(kind)
     if kind not in possible:
-        raise UserError(f"fault: {target} cannot have '{kind}'{_meant(kind, possible)}")
+        raise UserError(f"fault: {target} cannot have '{kind}'{did_you_mean(kind, possible)}")
     chosen = possible[kind]
     names = [p.name for p in chosen.params]
     for key in options:
         if key not in (*names, *OPTIONS):
-            hint = _meant(key, [*names, *OPTIONS])
+            hint = did_you_mean(key, [*names, *OPTIONS])
             raise UserError(f"fault {target} {kind}: no parameter '{brief(key)}'{hint}")
     values = {p.name: _value(target, chosen, p, options) for p in chosen.params}
     match = _OF_NODE.fullmatch(target)
@@ -232,11 +231,12 @@ def _value(target: str, kind: FaultKind, param: FaultParam, options: Mapping[str
     if param.unit == TEXT:
         return _twin(where, target, options.get(param.name))
     scale, unit, shown = measure(target, kind, param)
+    example = show((param.default or 1.0) * scale, unit, shown)
     if param.name not in options:
         assert param.default is not None
         return param.default * scale
     try:
-        value = to_si(_plain(options[param.name], unit), unit, show(1.0 * scale, unit, shown))
+        value = to_si(_plain(options[param.name], unit), unit, example)
     except ValueError as error:
         raise UserError(f"{where}: {error}") from None
     if not param.low * scale <= value <= param.high * scale:
@@ -264,10 +264,3 @@ def _is_cob_id(text: str) -> bool:
         return text.startswith("0x") and 0 <= int(text, 16) <= 0x7FF
     except ValueError:
         return False
-
-
-def _meant(wrong: str, possible: Iterable[str]) -> str:
-    names = list(possible)
-    near = difflib.get_close_matches(brief(wrong), names, 1)
-    hint = f", did you mean '{near[0]}'?" if near else ";"
-    return f"{hint} There are: {', '.join(names)}"

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup, escape
 
 _NUMBER = re.compile(r"[+±-]?\d")
 
@@ -46,7 +47,7 @@ def _environment() -> Environment:
         loader=PackageLoader("hil_emulator.pages"), autoescape=True, undefined=StrictUndefined,
         trim_blocks=True, lstrip_blocks=True, keep_trailing_newline=True,
     )  # fmt: skip
-    environment.filters |= {"data_url": _data_url, "shown": _shown}
+    environment.filters |= {"code": _code, "data_url": _data_url, "shown": _shown}
     environment.tests["numeric"] = _numeric
     return environment
 
@@ -54,6 +55,13 @@ def _environment() -> Environment:
 def _data_url(png: bytes) -> str:
     """Return a picture as an address that holds it."""
     return f"data:image/png;base64,{base64.b64encode(png).decode()}"
+
+
+def _code(text: str) -> Markup:
+    """Return text in which each part between backquotes is code."""
+    parts = [escape(part) for part in text.split("`")]
+    marked = (Markup(f"<code>{part}</code>") if i % 2 else part for i, part in enumerate(parts))
+    return Markup("").join(marked)
 
 
 def _shown(cell: object) -> str:

@@ -47,6 +47,7 @@ class LiveBench:
             "bit_rate": info["bit_rate"],
             "settings": session_info.settings(info["machine"]),
             "faults": session_info.faults(),
+            "nodes": [int(number) for number in info["eds"]],
         }
         self.logs: dict[str, LiveState] = {}
         self.stamp_ns = 0

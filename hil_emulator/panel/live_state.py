@@ -10,7 +10,7 @@ from hil_emulator.panel.history import History
 from hil_emulator.panel.traffic import Frames
 from hil_emulator.recording.journal import EntryKind, Recording, event_of, frames_of, split
 from hil_emulator.signals.inputs import SETTINGS
-from hil_emulator.units import show
+from hil_emulator.units import show, to_si
 
 LATENESS, EXECUTION = "loop.lateness", "loop.execution"
 """Names of the loop's delay and duration per tick [s], beyond a recording's columns."""
@@ -93,12 +93,22 @@ class LiveState:
         """Add a mark for an action on the rig."""
         if not what.keys() & _QUIET:
             self._marks += 1
-            self.events.append((self._marks, now_ns * 1e-9, in_words(what)))
+            self.events.append((self._marks, now_ns * 1e-9 + _delay(what), in_words(what)))
+
+
+def _delay(what: Mapping[str, Any]) -> float:
+    """Return how long [s] after its injection a fault begins."""
+    match what:
+        case {"fault": {"start": start}}:
+            return to_si(start, "s")
+    return 0.0
 
 
 def in_words(what: Mapping[str, Any]) -> str:
     """Return an event of a recording in words."""
     match what:
+        case {"fault": {"target": target, "kind": kind, "condition": condition}}:
+            return f"{target} {kind}, when {condition}"
         case {"fault": {"target": target, "kind": kind}}:
             return f"{target} {kind}"
         case {"end": number}:

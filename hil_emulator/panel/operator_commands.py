@@ -23,7 +23,7 @@ from hil_emulator.protocol.operation import (
 )
 from hil_emulator.recording.journal import EntryKind, event_entry, frames_of
 from hil_emulator.remote.loop_line import LoopLine
-from hil_emulator.scenario.schema import NMT
+from hil_emulator.scenario.names import NMT
 
 
 class OperatorCommands:

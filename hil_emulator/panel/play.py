@@ -10,58 +10,47 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from hil_emulator.bus.bus import Bus
 from hil_emulator.errors import UserError
-from hil_emulator.scenario import schema
-from hil_emulator.scenario.judge import judge
-from hil_emulator.scenario.outcome import Check
-from hil_emulator.scenario.perform import Conductor, rig_of
-from hil_emulator.scenario.schema import Expect
+from hil_emulator.recording.several import Recorders
+from hil_emulator.scenario import loading
+from hil_emulator.scenario.perform import rig_of
+from hil_emulator.scenario.performance import Performance
+from hil_emulator.scenario.schema import Role
 from hil_emulator.simulation.emulator import Emulator
 
 _SLICE_S = 0.1  # emulator time between two lines (assumed)
 
 
 def play(file: Path) -> Iterator[dict[str, Any]]:
-    """Play a scenario; yield its progress.
+    """Play a scenario with the reference controller; yield its progress.
 
     Raises:
         UserError: for a file that cannot be played.
 
     """
-    scenario = schema.load(file)
-    with Emulator(rig_of(scenario, file.parent)) as emulator:
-        conductor = Conductor(emulator, scenario, file.parent)
-        begin, now = time.monotonic(), 0.0
-        while now < scenario.duration:
-            now = min(now + _SLICE_S, scenario.duration)
-            conductor.play(now)
-            checks = judge(scenario.expectations, emulator.recorder)
-            over = now >= scenario.duration
+    scenario = loading.load(file)
+    role: Role = "reference" if scenario.controller == "external" else scenario.controller
+    with Emulator(rig_of(scenario, file.parent)) as emulator, Bus(emulator.bus) as port:
+        performance = Performance(file, scenario, emulator.rig, port, role)
+        emulator.rig.recorder = Recorders(*performance.recorders)
+        conductor, begin = performance.conductor, time.monotonic()
+        while not conductor.over:
+            until = conductor.now + _SLICE_S
+            while conductor.now < until and not conductor.over:
+                conductor.before()
+                emulator.tick()
+                conductor.after()
+            if conductor.over:
+                performance.judge.end()
             yield {
-                "title": scenario.title, "time": now, "duration": scenario.duration,
+                "title": scenario.title, "time": conductor.now, "duration": scenario.duration,
                 "checks": [
-                    {"text": c.text, "found": c.observed, "state": state(e, c, now, over=over)}
-                    for e, c in zip(scenario.expectations, checks, strict=True)
+                    {"text": c.text, "found": c.observed, "state": c.state}
+                    for c in performance.judge.checks
                 ],
             }  # fmt: skip
-            time.sleep(max(0.0, begin + now - time.monotonic()))
-        conductor.close()
-
-
-def state(e: Expect, check: Check, now: float, *, over: bool) -> str:
-    """Return the final state of a check at a time [s]: "met", "missed" or "open"."""
-    if e.signal is None:  # a frame that was seen stays seen
-        settled = check.passed is e.seen or (e.until is not None and now >= e.until)
-    elif e.by is not None:
-        held = check.passed and e.lasting is not None
-        settled = held or (not check.passed and now >= e.by + (e.lasting or 0.0))
-    elif check.passed:
-        settled = e.until is not None and now >= e.until
-    else:  # it has left its band, unless its time has not come
-        settled = now > e.start
-    if not (settled or over):
-        return "open"
-    return "met" if check.passed else "missed"
+            time.sleep(max(0.0, begin + conductor.now - time.monotonic()))
 
 
 def main() -> None:

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from hil_emulator.errors import UserError, brief
+from hil_emulator.errors import UserError, brief, did_you_mean
 from hil_emulator.platform.helper_process import ending, report
 from hil_emulator.platform.paths import shipped
 
@@ -41,7 +41,7 @@ class ScenarioPlayer:
 
         """
         if name not in self.files:
-            raise UserError(f"no scenario {brief(name)}; there are {', '.join(self.files)}")
+            raise UserError(f"no scenario '{brief(name)}'{did_you_mean(name, self.files)}")
         await self.stop()
         self.progress = {"title": name, "time": 0.0, "checks": []}
         self._stopped = False

@@ -11,7 +11,7 @@ from typing import Any
 from websockets.asyncio.server import ServerConnection
 from websockets.exceptions import ConnectionClosed
 
-from hil_emulator.errors import UserError, brief
+from hil_emulator.errors import UserError, brief, did_you_mean
 from hil_emulator.panel.live_state import EXECUTION, LATENESS, LiveState
 from hil_emulator.panel.source import FRAMES_PER_S, Source
 from hil_emulator.panel.strips import Strips
@@ -112,7 +112,8 @@ class Session:
         """Follow signals, or show a window of time, whose message comes at once."""
         names = list(self._state.columns)
         if unknown := set(request.names) - set(names):
-            raise UserError(f"view: no signal {brief(unknown.pop())}; there are {', '.join(names)}")
+            name = unknown.pop()
+            raise UserError(f"view: no signal '{brief(name)}'{did_you_mean(name, names)}")
         columns = [names.index(name) for name in request.names]
         if request.span is not None:
             self._strips.follow(columns, request.span, request.pixels, request.generation)
@@ -127,7 +128,7 @@ class Session:
     def _look_at(self, name: str) -> None:
         """Show another log."""
         if name not in self._source.logs:
-            raise UserError(f"no log {brief(name)}; there are {', '.join(self._source.logs)}")
+            raise UserError(f"no log '{brief(name)}'{did_you_mean(name, self._source.logs)}")
         self._state = self._source.logs[name]
         self._strips = Strips(self._state.history)
         self._told_events = 0
@@ -160,7 +161,7 @@ class Session:
                 kept = [name for name in PUNCTUAL if name in state.columns]
                 message["loop"] = {name.partition(".")[2]: state.spread(name) for name in kept}
             case "identifiers":
-                message["identifiers"] = traffic.table()
+                message["identifiers"] = traffic.table(state.now)
             case "trace":
                 self._after, message["trace"] = traffic.trace(self._after, self._wanted, _LINES)
         return message
@@ -179,6 +180,7 @@ def nodes(state: LiveState) -> list[dict[str, Any]]:
         node["pdos"].append({
             "name": message.pdo, "id": f"{message.can_id:03X}", "fields": traffic.values(message),
             "count": stream.count if stream else 0, "period": stream.period if stream else None,
+            "age": state.now - stream.last_ns * 1e-9 if stream else None,
         })  # fmt: skip
     for node in by_node.values():
         number = int(node["name"].removeprefix("node"))

@@ -10,11 +10,10 @@ from hil_emulator.device.message import Message
 from hil_emulator.frame import Frame
 from hil_emulator.panel.words import emergency
 from hil_emulator.recording.messages import describe, from_json
-from hil_emulator.units import factor
+from hil_emulator.units import READ_AS, factor
 
 _TRACE = 20_000
 """Number of frames in the trace: some seconds of a full bus (assumed)."""
-_SHOWN = {"Pa": "bar", "m": "mm", "A": "mA", "m/s": "mm/s"}
 _WINDOW_NS = 1_000_000_000
 
 
@@ -89,12 +88,13 @@ class Frames:
             return f"EMCY node {frame.can_id & 0x7F}  {emergency(frame.data)}"
         return describe(frame, self.pdos)
 
-    def table(self) -> list[dict[str, Any]]:
-        """Return the last frame of each identifier, by identifier."""
+    def table(self, now: float) -> list[dict[str, Any]]:
+        """Return the last frame of each identifier, by identifier, with its age at a time [s]."""
         return [
             {
                 "id": _written(s.frame), "count": s.count, "sent": s.sent,
-                "period": s.period, "data": s.frame.data.hex(" "), "words": self.words(s.frame),
+                "period": s.period, "age": now - s.last_ns * 1e-9,
+                "data": s.frame.data.hex(" "), "words": self.words(s.frame),
             }
             for _, s in sorted(self.identifiers.items())
         ]  # fmt: skip
@@ -126,7 +126,7 @@ class Frames:
         data = stream.frame.data if stream and len(stream.frame.data) >= message.size else None
         rows = []
         for each in message.fields:
-            shown = _SHOWN.get(each.unit, each.unit)
+            shown = READ_AS.get(each.unit, each.unit)
             scale = factor(each.unit, shown) if shown != each.unit else 1.0
             value = None if data is None else each.value(data) / scale
             rows.append({"name": each.name, "value": value, "unit": "" if shown == "1" else shown})

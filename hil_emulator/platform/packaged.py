@@ -4,7 +4,7 @@ import re
 from enum import StrEnum
 from pathlib import Path
 
-from hil_emulator.errors import UserError, brief
+from hil_emulator.errors import UserError, brief, did_you_mean
 from hil_emulator.platform.output_files import new_files
 from hil_emulator.platform.paths import shipped
 
@@ -67,9 +67,9 @@ def found(name: str, *purposes: Purpose) -> Path:
         return path
     known = packaged(*purposes)
     if name not in known:
+        kinds = " or ".join(purposes)
         raise UserError(
-            f"{brief(name)} is no file, and no {' or '.join(purposes)} of the package, which are "
-            f"{', '.join(known)}"
+            f"{brief(name)} is no file, and no {kinds} of the package{did_you_mean(name, known)}"
         )
     return known[name]
 
@@ -90,7 +90,7 @@ def copy(name: str, folder: Path, *, overwrite: bool = False) -> list[Path]:
     """
     known = packaged()
     if name not in known:
-        raise UserError(f"{brief(name)}: the package has no such file; it has {', '.join(known)}")
+        raise UserError(f"{brief(name)}: the package has no such file{did_you_mean(name, known)}")
     contents = {folder / source.name: _flat(source) for source in with_named(known[name])}
     with new_files(overwrite=overwrite) as staged:
         for target, content in contents.items():

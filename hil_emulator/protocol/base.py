@@ -26,7 +26,7 @@ class Declared(BaseModel):
 
 
 class Answer(Declared):
-    """Done; nothing more is said."""
+    """Done."""
 
     def fields(self) -> dict[str, Any]:
         """Return its fields as JSON has them; null for a number that is not finite."""

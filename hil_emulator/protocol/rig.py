@@ -139,7 +139,7 @@ class SetAnswer(Answer):
 
 
 class SetRequest(WithOptions):
-    """Set conditions or set points, all or none of them; fields are settings with their values."""
+    """Set conditions or set points; if one is refused, all are. Fields are settings by name."""
 
     answer = SetAnswer
     do: Literal["set"] = "set"

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 from hil_emulator.can_timing.wire import TimedWire
 from hil_emulator.device.node import Node
-from hil_emulator.errors import UserError, brief
+from hil_emulator.errors import UserError, brief, did_you_mean
 from hil_emulator.faults.active import Faults
 from hil_emulator.faults.running import Running
 from hil_emulator.model.plant import Plant
@@ -141,7 +141,7 @@ def _signals(request: SignalsRequest, rig: Controlled) -> Plain:
     names = request.names or list(units)
     unknown = [name for name in names if name not in units]
     if unknown:
-        raise UserError(f"no signal '{brief(unknown[0])}'; there are {', '.join(units)}")
+        raise UserError(f"no signal '{brief(unknown[0])}'{did_you_mean(unknown[0], units)}")
     return {"signals": {n: {"value": float(rig.value(n)), "unit": units[n]} for n in names}}
 
 

@@ -1,116 +1,160 @@
-"""Check of expectations against a recording."""
+"""All expectations of a scenario, observed while it is played."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
+from hil_emulator.device.abort import SdoAbort
+from hil_emulator.device.entry import Entry
+from hil_emulator.device.node import Node
+from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
-from hil_emulator.recording.memory import MemoryRecorder
-from hil_emulator.recording.messages import describe
-from hil_emulator.scenario.outcome import Check, Curve, Span
-from hil_emulator.scenario.schema import Expect
-from hil_emulator.signals.columns import columns
-from hil_emulator.units import show
-
-Flags = np.ndarray[Any, np.dtype[np.bool_]]
-
-_DATA_BYTES = 8  # of a classical frame
-SHOWN = {"Pa": "bar", "m": "mm", "A": "mA", "m/s": "mm/s"}
-"""Units in which engineers read signals, by their SI unit."""
+from hil_emulator.model.plant import Plant
+from hil_emulator.scenario.expect import Expect
+from hil_emulator.scenario.frame_watch import AnsweringFrame, SeenFrame, chosen
+from hil_emulator.scenario.names import object_of
+from hil_emulator.scenario.outcome import Check, Span
+from hil_emulator.scenario.watch import LimitedValue, ReachingValue, StayingValue, Watch, check
+from hil_emulator.signals.columns import Readings, columns
+from hil_emulator.simulation.rig import Rig
+from hil_emulator.units import READ_AS, show, to_si
 
 
-def judge(expectations: Sequence[Expect], recorder: MemoryRecorder) -> tuple[Check, ...]:
-    """Return a check for each expectation."""
-    table = recorder.table()
-    return tuple(
-        _frames(e, recorder.frames) if e.signal is None else _signal(e, table) for e in expectations
-    )
+class Judge:
+    """Observes the expectations, as one of the recorders of a rig.
 
+    Args:
+        expectations: of the scenario.
+        rig: on which it is played.
 
-def bands(
-    expectations: Sequence[Expect], table: Mapping[str, Curve], duration: float
-) -> Iterator[Span]:
-    """Yield the spans in which signals are expected in a scenario of some duration [s].
+    Attributes:
+        settled: checks that became final since the list was emptied last.
 
-    A signal with a latest time is expected from the time at which it first enters its band.
+    Raises:
+        UserError: for a message or object that the rig lacks.
+
     """
-    for e in expectations:
-        if e.signal is None or e.within is None:
-            continue
-        low, high = e.within
-        begin, end = e.start, e.until
-        if e.by is not None:
-            values = table[e.signal]
-            reached = _reaching(e, table["time"], (values >= low) & (values <= high))
-            begin = e.by if reached is None else reached
-            end = None if e.lasting is None else begin + e.lasting
-        yield Span(begin, duration if end is None else end, "expected", e.signal, (low, high))
+
+    def __init__(self, expectations: Sequence[Expect], rig: Rig) -> None:
+        self._watches = [(e.after, watch_of(e, rig)) for e in expectations]
+        self._open = list(self._watches)
+        self._begun_ns: dict[str, int] = {}
+        self.settled: list[Check] = []
+
+    def begin(self, now_ns: int, step: str = "") -> None:
+        """Let the times of expectations begin: those after a step, or those from the start."""
+        self._begun_ns.setdefault(step, now_ns)
+
+    @property
+    def checks(self) -> tuple[Check, ...]:
+        """The present check of each expectation."""
+        return tuple(check(watch, after) for after, watch in self._watches)
+
+    def row(self, now_ns: int, plant: Plant, measured: Readings) -> None:
+        """Observe the end of a tick."""
+        self._observe(now_ns, lambda watch, now: watch.tick(now))
+
+    def bus(self, now_ns: int, frames: Iterable[Frame], *, sent: bool) -> None:
+        """Observe frames that the emulator has received or sent."""
+        self._observe(now_ns, lambda watch, now: watch.frames(now, frames))
+
+    def event(self, now_ns: int, what: Mapping[str, Any]) -> None:
+        """Do nothing."""
+
+    def end(self) -> None:
+        """Conclude: nothing more will happen."""
+        for _, watch in self._open:
+            watch.end()
+        self._settle()
+
+    def spans(self, duration: float) -> Iterable[Span]:
+        """Yield where signals are expected, in the time of the scenario [s]."""
+        start_ns = self._begun_ns.get("", 0)
+        for after, watch in self._watches:
+            span = watch.span(duration)
+            if span and after in self._begun_ns:
+                offset = (self._begun_ns[after] - start_ns) * 1e-9
+                begin, end = (min(offset + time, duration) for time in (span.begin, span.end))
+                yield replace(span, begin=begin, end=end)
+
+    def _observe(self, now_ns: int, observe: Callable[[Watch, float], None]) -> None:
+        changed = False
+        for after, watch in self._open:
+            begun_ns = self._begun_ns.get(after)
+            if begun_ns is not None:
+                observe(watch, (now_ns - begun_ns) / 1e9)
+                changed = changed or watch.state != "open"
+        if changed:
+            self._settle()
+
+    def _settle(self) -> None:
+        self.settled += [check(watch, after) for after, watch in self._open if _final(watch)]
+        self._open = [(after, watch) for after, watch in self._open if not _final(watch)]
 
 
-def _amount(name: str, value: float) -> str:
-    unit = columns()[name]
-    return show(value, unit, SHOWN.get(unit, unit))
+def _final(watch: Watch) -> bool:
+    return watch.state != "open"
 
 
-def _signal(e: Expect, table: dict[str, Curve]) -> Check:
+def watch_of(e: Expect, rig: Rig) -> Watch:
+    """Return what observes an expectation.
+
+    Raises:
+        UserError: for a message or object that the rig lacks.
+
+    """
+    if e.frame is not None:
+        selected = chosen(e.frame, rig.nodes, e.content)
+        if e.after_each is not None:
+            return AnsweringFrame(e, selected, chosen(e.after_each, rig.nodes))
+        return SeenFrame(e, selected)
+    value = _signal(e, rig) if e.signal is not None else _object(e, rig.nodes)
+    if e.by is not None:
+        return ReachingValue(value, e.start, e.by, e.lasting)
+    return StayingValue(value, e.start, e.until)
+
+
+def _signal(e: Expect, rig: Rig) -> LimitedValue:
     assert e.signal is not None
     assert e.within is not None
-    low, high = e.within
-    band = f"{e.signal} in {_amount(e.signal, low)} ... {_amount(e.signal, high)}"
-    time, values = table["time"], table[e.signal]
-    inside = (values >= low) & (values <= high)
-    if e.by is not None:
-        return _reached(e, band, time, inside)
-    until = time[-1] if e.until is None else e.until
-    window = (time >= e.start) & (time <= until)
-    text = f"{band} from {e.start:g} s to {until:g} s"
-    if not window.any():
-        return Check(text, False, "no sample there")
-    extremes = (float(values[window].min()), float(values[window].max()))
-    extent = " ... ".join(_amount(e.signal, v) for v in extremes)
-    return Check(text, bool(inside[window].all()), extent)
-
-
-def _reached(e: Expect, band: str, time: Curve, inside: Flags) -> Check:
-    """Check that the signal is in its band by a time, and stays there."""
-    assert e.by is not None
-    text = f"{band} by {e.by:g} s"
-    if e.lasting is not None:
-        text += f" for {e.lasting:g} s"
-    reached = _reaching(e, time, inside)
-    return Check(text, reached is not None, "never" if reached is None else f"at {reached:.3f} s")
-
-
-def _reaching(e: Expect, time: Curve, inside: Flags) -> float | None:
-    """Return when a signal enters its band to stay for the required time; None if never."""
-    assert e.by is not None
-    for begin in np.flatnonzero(inside & (time >= e.start)):
-        if time[begin] > e.by:
-            break
-        end = time[-1] if e.lasting is None else time[begin] + e.lasting
-        if inside[(time >= time[begin]) & (time <= end)].all() and time[-1] >= end - 1e-9:
-            return float(time[begin])
-    return None
-
-
-def _frames(e: Expect, frames: Sequence[tuple[int, bool, Frame]]) -> Check:
-    assert e.frame is not None
-    until = float("inf") if e.until is None else e.until
-    wanted = bytes.fromhex(e.data)
-    times = [
-        now_ns * 1e-9
-        for now_ns, sent, frame in frames
-        if frame.can_id == e.frame
-        and frame.data.startswith(wanted)
-        and sent
-        and e.start <= now_ns * 1e-9 <= until
-    ]
-    what = f"frame {e.frame:03X}" + (f" {e.data}" if e.data else "")
-    words = describe(Frame(e.frame, wanted.ljust(_DATA_BYTES, b"\0") if wanted else b""), {})
-    what += f" ({words.partition('  ')[0]})" if words else ""
-    text = f"{what} {'seen' if e.seen else 'not seen'} from {e.start:g} s" + (
-        "" if e.until is None else f" to {e.until:g} s"
+    name, unit = e.signal, columns()[e.signal]
+    shown, (low, high) = READ_AS.get(unit, unit), map(float, e.within)
+    return LimitedValue(
+        name, lambda: rig.value(name), lambda v: show(v, unit, shown), (low, high), name
     )
-    times_seen = f"{len(times)}, first at {times[0]:.3f} s" if times else "none"
-    return Check(text, bool(times) == e.seen, times_seen)
+
+
+def _object(e: Expect, nodes: Sequence[Node]) -> LimitedValue:
+    """Return the value of an object, in its unit if the EDS has one."""
+    assert e.object is not None
+    assert e.within is not None
+    number, index, subindex = object_of(e.object)
+    for node in nodes:
+        entry = node.dictionary.get(index, subindex)
+        if number in (None, node.node_id) and entry is not None and entry.type.numeric:
+            break
+    else:
+        raise UserError(f"expect: {e.object}: no node has such an object that is a number")
+    limits = [_limit(e.object, bound, entry) for bound in e.within]
+    factor, unit = entry.factor, entry.unit
+
+    def read() -> float:
+        try:
+            return float(node.dictionary.read(index, subindex)) * factor
+        except SdoAbort:  # an SDO client gets no value either
+            return float("nan")
+
+    def written(value: float) -> str:
+        return show(value, unit, READ_AS.get(unit, unit)) if unit else f"{value / factor:g}"
+
+    return LimitedValue(f"{e.object} {entry.name}", read, written, (limits[0], limits[1]))
+
+
+def _limit(name: str, bound: float | str, entry: Entry) -> float:
+    """Return a limit: digits of the object, or a quantity."""
+    try:
+        if isinstance(bound, str) and entry.unit:
+            return to_si(bound, entry.unit)
+        return (float(int(bound, 0)) if isinstance(bound, str) else bound) * entry.factor
+    except ValueError as error:
+        raise UserError(f"expect: {name}: {error}") from None

@@ -1,7 +1,7 @@
 """Outcome of a scenario."""
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -10,11 +10,12 @@ Curve = np.ndarray[Any, np.dtype[np.float64]]
 
 @dataclass(frozen=True)
 class Check:
-    """An expectation, whether it is met, and what was observed."""
+    """An expectation, whether it is met, what was observed, and whether that is final."""
 
     text: str
     passed: bool
     observed: str
+    state: Literal["open", "met", "missed"] = "open"
 
 
 @dataclass(frozen=True)

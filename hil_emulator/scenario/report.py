@@ -10,10 +10,9 @@ from hil_emulator import __version__
 from hil_emulator.pages import drawing
 from hil_emulator.pages.palette import BLUE, GREEN, PINK, VERMILION
 from hil_emulator.pages.render import render
-from hil_emulator.scenario.judge import SHOWN
 from hil_emulator.scenario.outcome import Outcome, Span
 from hil_emulator.signals.columns import MODEL, columns
-from hil_emulator.units import factor
+from hil_emulator.units import READ_AS, factor
 
 _PANELS = (
     ("position [mm]", 1e3, ("position", "model.position")),
@@ -23,6 +22,7 @@ _PANELS = (
 )
 _COLOURS = (BLUE, VERMILION, PINK)
 _APART = 0.25  # part of the duration: labels of closer events are stacked
+_ROOM = 0.08  # part of the axis that is added above and below (assumed)
 _LABEL = 48  # longest label of an event in characters (assumed)
 
 
@@ -46,6 +46,7 @@ def failures(outcomes: Sequence[Outcome]) -> list[str]:
     for o in outcomes:
         if o.error:
             lines.append(f"{o.title}: {o.error}")
+            continue
         lines += [f"{o.title}: {c.text}: {c.observed}" for c in o.checks if not c.passed]
     return lines
 
@@ -67,6 +68,7 @@ def junit(outcomes: Sequence[Outcome], file: Path) -> None:
         )
         if o.error:
             ElementTree.SubElement(case, "error", message=o.error)
+            continue
         missed = [f"{c.text}: {c.observed}" for c in o.checks if not c.passed]
         if missed:
             ElementTree.SubElement(case, "failure", message=missed[0]).text = "\n".join(missed)
@@ -112,19 +114,26 @@ def _other_expected(o: Outcome) -> Iterator[tuple[str, float, tuple[str, ...]]]:
     shown = {name for _, _, names in _PANELS for name in names}
     for name in dict.fromkeys(band.signal for band in o.bands if band.signal not in shown):
         unit = columns()[name]
-        written = SHOWN.get(unit, unit)
+        written = READ_AS.get(unit, unit)
         scale = 1.0 / factor(unit, written) if written != unit else 1.0
         quantity = name.removeprefix(MODEL).replace("_", " ")
         yield f"{quantity} [{written}]", scale, (name,)
 
 
 def _expected(axis: Any, bands: Sequence[Span], scale: float) -> None:
-    """Draw the expected band of a signal within the present limits of the axis."""
+    """Draw the expected bands of a signal; the axis grows to show an edge of each of them."""
     low, high = axis.get_ylim()
+    for band in bands:
+        bottom, top = (value * scale for value in band.band)
+        low, high = min(low, top), max(high, bottom)
+    room = _ROOM * (high - low)
+    low, high = low - room, high + room
     for number, band in enumerate(bands):
         ends = [min(max(value * scale, low), high) for value in band.band]
         label = None if number else "expected"
         axis.fill_between([band.begin, band.end], *ends, color=GREEN, alpha=0.18, lw=0, label=label)
+        for end in {value * scale for value in band.band if low < value * scale < high}:
+            axis.plot([band.begin, band.end], [end, end], color=GREEN, lw=0.8)
     axis.set_ylim(low, high)
 
 

@@ -1,79 +1,23 @@
 """Schema of a scenario file, checked and in SI."""
 
-import difflib
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Literal, Self
 
-from pydantic import (
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    ValidationError,
-    field_validator,
-    model_validator,
-)
+from pydantic import ConfigDict, Field, field_validator, model_validator
 
-from hil_emulator.config.mistakes import SHOWN
-from hil_emulator.config.table import DescribedTable, QuantityReader
-from hil_emulator.config.toml_file import read_toml
-from hil_emulator.errors import UserError
-from hil_emulator.faults.fault import Fault, spoken
-from hil_emulator.model.declare import Param
-from hil_emulator.signals import condition
-from hil_emulator.signals.condition import Condition
-from hil_emulator.signals.inputs import SET_POINTS, SETTINGS, setting
-from hil_emulator.units import show, to_si
+from hil_emulator.config.table import DescribedTable
+from hil_emulator.errors import brief, did_you_mean
+from hil_emulator.scenario.expect import Expect
+from hil_emulator.scenario.fields import Broken, Holds, Seconds, Values
+from hil_emulator.scenario.names import frame_of
+from hil_emulator.signals.inputs import SET_POINTS, SETTINGS
+from hil_emulator.units import show
 
-LONGEST_S = 1e6
-"""The longest time of a scenario [s]: twelve days (assumed)."""
+MOST_RUNS = 1000
+"""Largest number of runs of a scenario (assumed)."""
 
-NMT = {"start": 1, "stop": 2, "pre-operational": 128, "reset": 129, "reset communication": 130}
-"""NMT commands (CiA 301 7.2.8.2.1)."""
-
-
-def _broken(text: object) -> Fault:
-    try:
-        return spoken(str(text))
-    except UserError as error:
-        raise ValueError(str(error)) from None
-
-
-def _condition(text: object) -> Condition:
-    try:
-        return condition.parse(str(text))
-    except UserError as error:
-        raise ValueError(str(error)) from None
-
-
-def _values(given: object) -> object:
-    """Return set points and settings in SI."""
-    targets = SETTINGS | SET_POINTS
-    if not isinstance(given, dict) or not given.keys() <= targets.keys():
-        raise ValueError(f"unknown key in set; there are {', '.join(targets)}")
-    try:
-        return {name: setting(name, value, targets) for name, value in given.items()}
-    except UserError as error:
-        raise ValueError(str(error)) from None
-
-
-def _band(signal: object, within: object) -> tuple[float, ...]:
-    """Return the bounds of a signal in SI; zero needs no unit."""
-    try:
-        unit = condition.unit_of(str(signal))
-    except UserError as error:
-        raise ValueError(str(error)) from None
-    if not isinstance(within, list) or len(within) != 2:
-        raise ValueError("within is a list of the lowest and the highest value")
-    return tuple(0.0 if bound == 0 else to_si(bound, unit) for bound in within)
-
-
-TIME = Param("time", "s", "time after the start", 0.2, 0.0, LONGEST_S)
-Seconds = Annotated[float, QuantityReader(TIME)]
-OptionalSeconds = Annotated[float | None, QuantityReader(TIME)]
-Broken = Annotated[Fault, BeforeValidator(_broken)]
-Holds = Annotated[Condition, BeforeValidator(_condition)]
-Values = Annotated[dict[str, float], BeforeValidator(_values)]
+Role = Literal["reference", "external", "none"]
+"""Which controller acts in a scenario."""
 
 
 class SignalProfile(DescribedTable):
@@ -91,8 +35,10 @@ class SignalProfile(DescribedTable):
 class Step(DescribedTable):
     """An action at a time, or when a condition first holds."""
 
+    name: str = ""
+    """name of the step, to which `after` of an expectation refers"""
     at: Seconds = 0.0
-    """emulator time of the action; with `when`, the condition is not examined before it"""
+    """time of the action; with `when`, the condition is not examined before it"""
     when: Holds | None = None
     """condition that starts the action, such as `position > 60 mm and load_force < 100 N`"""
     set: Values = Field(default_factory=dict)
@@ -101,10 +47,25 @@ class Step(DescribedTable):
     """fault to inject, as on the command line, such as `pressure_a offset value='3 bar'`"""
     nmt: Literal["start", "stop", "pre-operational", "reset", "reset communication"] | None = None
     """NMT command to every node"""
+    send: list[str] = Field(default_factory=list)
+    """frames to send, for example to command your controller: COB-ID and data, `["0x301 10 27"]`"""
     controller: Literal["on", "off"] | None = None
-    """off: the controller stops sending set points; on: it sends them again"""
+    """off: the reference controller stops sending set points; on: it sends them again"""
     profile: SignalProfile | None = None
     """a setting or set point that follows a file from now on"""
+
+    @field_validator("send")
+    @classmethod
+    def _frames(cls, lines: list[str]) -> list[str]:
+        for line in lines:
+            frame_of(line)
+        return lines
+
+    @property
+    def set_point(self) -> tuple[str, float] | None:
+        """The set point that it gives to the controller, SI; None without one."""
+        given = [(name, value) for name, value in self.set.items() if name in SET_POINTS]
+        return given[-1] if given else None
 
     @property
     def words(self) -> str:
@@ -113,52 +74,10 @@ class Step(DescribedTable):
         parts = [f"{n} {show(v, targets[n].unit, targets[n].shown)}" for n, v in self.set.items()]
         parts += [f"{self.fault.target} {self.fault.kind.name}"] if self.fault else []
         parts += [f"NMT {self.nmt}"] if self.nmt else []
+        parts += [f"send {line}" for line in self.send]
         parts += [f"controller {self.controller}"] if self.controller else []
         parts += [f"{self.profile.signal} from {self.profile.file}"] if self.profile else []
         return ", ".join(parts)
-
-
-class Expect(DescribedTable):
-    """An expectation of a signal or of the frames on the bus."""
-
-    model_config = ConfigDict(populate_by_name=True)
-    signal: str | None = None
-    """a column of a recording, such as `position` or `model.velocity`"""
-    within: tuple[float, float] | None = None
-    """lowest and highest value of the signal, as quantities, such as `["59 mm", "61 mm"]`"""
-    start: Seconds = Field(0.0, alias="from")
-    """time from which on the signal has to be within the limits, or the frame is looked for"""
-    until: OptionalSeconds = None
-    """time until which it has to be within the limits, or the frame is looked for; else the end"""
-    by: OptionalSeconds = None
-    """latest time at which the signal has to enter the limits"""
-    lasting: OptionalSeconds = Field(None, alias="for")
-    """how long it has to stay within the limits after that; without it to the end"""
-    frame: int | None = Field(None, ge=0, le=0x1FFF_FFFF)
-    """COB-ID of a frame, such as `"0x085"`; or the number"""
-    data: str = ""
-    """beginning of the frame's data, in hexadecimal"""
-    seen: bool = True
-    """whether the frame has to be seen; false: it must not be seen"""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _in_si(cls, given: Any) -> Any:
-        """Read the band in the signal's unit, a frame in hexadecimal."""
-        if not isinstance(given, dict) or ("signal" in given) == ("frame" in given):
-            raise ValueError("name either a signal or a frame")
-        given = dict(given)
-        if isinstance(given.get("frame"), str):
-            given["frame"] = int(given["frame"], 16)
-        if "signal" in given:
-            given["within"] = _band(given["signal"], given.get("within"))
-        return given
-
-    @field_validator("data")
-    @classmethod
-    def _hexadecimal(cls, text: str) -> str:
-        bytes.fromhex(text)
-        return text
 
 
 class Scenario(DescribedTable):
@@ -171,50 +90,35 @@ class Scenario(DescribedTable):
     """configuration files, later ones laid over earlier ones; paths relative to the scenario"""
     duration: Seconds
     """emulator time that the scenario takes"""
+    controller: Role = "reference"
+    """`reference`: the one of this package; `external`: yours, on the bus or in Python"""
+    needs: Literal["controller"] | None = None
+    """`controller`: time begins when a node has become OPERATIONAL and received a set point"""
+    patience: Seconds = 30.0
+    """longest time to wait for that"""
     seed: int | None = Field(None, ge=0)
     """seed of the sensors' noise; without it the one of the configuration"""
+    repeat: int = Field(1, ge=1, le=MOST_RUNS)
+    """number of runs, whose seeds count up from `seed`, or from 1 without it"""
+    sweep: dict[str, list[str | int | float]] = Field(default_factory=dict)
+    """values by a name; each text of the file that contains `{name}` is run with every value"""
     steps: list[Step] = Field(alias="step", min_length=1)
     """the actions"""
     expectations: list[Expect] = Field(alias="expect", min_length=1)
     """the expectations"""
 
-
-_TABLES: dict[str, type[DescribedTable]] = {
-    "step": Step,
-    "expect": Expect,
-    "profile": SignalProfile,
-}
-
-
-def _mistake(place: Sequence[int | str], kind: str) -> str:
-    """Return the message for an unknown key; "" for other mistakes, which pydantic describes."""
-    if kind == "missing":
-        return "is missing"
-    if kind != "extra_forbidden":
-        return ""
-    tables = [_TABLES[part] for part in map(str, place[:-1]) if part in _TABLES]
-    fields = (tables[-1] if tables else Scenario).model_fields
-    keys = [field.alias or name for name, field in fields.items()]
-    close = difflib.get_close_matches(str(place[-1]), keys, 1)
-    meant = f", did you mean {close[0]}" if close else ""
-    return f"no such key{meant}; there are {', '.join(keys)}"
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        """Require the step of each `after`, and a controller for set points."""
+        names = [step.name for step in self.steps if step.name]
+        for e in self.expectations:
+            if e.after and e.after not in names:
+                raise ValueError(f"after: {_no_step(e.after, names)}")
+        if self.controller == "none" and any(step.set_point for step in self.steps):
+            raise ValueError("a step has a set point, but the scenario has no controller")
+        return self
 
 
-def load(file: Path) -> Scenario:
-    """Read and check a scenario.
-
-    Raises:
-        UserError: with the place of every mistake.
-
-    """
-    try:
-        return Scenario.model_validate(read_toml(file, "scenario"))
-    except ValidationError as error:
-        mistakes = error.errors()
-        lines = [
-            f"{file}: {'.'.join(str(part) for part in e['loc'])}: "
-            f"{_mistake(e['loc'], e['type']) or e['msg'].removeprefix('Value error, ')}"
-            for e in mistakes[:SHOWN]
-        ]
-        lines += [f"{file}: and {len(mistakes) - SHOWN} more"] if len(mistakes) > SHOWN else []
-        raise UserError("\n".join(lines)) from None
+def _no_step(name: str, names: Sequence[str]) -> str:
+    listed = did_you_mean(name, names) if names else "; give a step a name"
+    return f"no step is named '{brief(name)}'{listed}"

@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from hil_emulator.errors import UserError, brief
+from hil_emulator.errors import UserError, brief, did_you_mean
 from hil_emulator.signals.columns import columns
 from hil_emulator.units import to_si
 
@@ -48,7 +48,7 @@ def unit_of(name: str) -> str:
     """
     known = columns()
     if name not in known:
-        raise UserError(f"no signal '{brief(name)}'; there are {', '.join(known)}")
+        raise UserError(f"no signal '{brief(name)}'{did_you_mean(name, known)}")
     return known[name]
 
 

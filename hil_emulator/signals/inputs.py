@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Mapping
 
-from hil_emulator.errors import UserError, brief
+from hil_emulator.errors import UserError, brief, did_you_mean
 from hil_emulator.model.declare import Param
 from hil_emulator.model.quantities import PARAMS
 from hil_emulator.units import show, to_si
@@ -95,7 +95,7 @@ def checked(name: str, value: float) -> float:
 
 def _known(name: str, known: Mapping[str, Param]) -> Param:
     if name not in known:
-        raise UserError(f"no setting '{brief(name)}'; there are {', '.join(known)}")
+        raise UserError(f"no setting '{brief(name)}'{did_you_mean(name, known)}")
     return known[name]
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from hil_emulator.bus.bus import Bus
 from hil_emulator.config.load import Configuration
 from hil_emulator.device.nmt import NMT_COB_ID
-from hil_emulator.errors import UserError
+from hil_emulator.errors import UserError, did_you_mean
 from hil_emulator.faults.running import Running
 from hil_emulator.platform.paths import cache_folder
 from hil_emulator.recording.header import header, remembered
@@ -20,7 +20,7 @@ from hil_emulator.signals import condition
 from hil_emulator.signals.columns import MODEL, columns
 from hil_emulator.signals.inputs import setting
 from hil_emulator.simulation.assembly import assemble
-from hil_emulator.units import to_si
+from hil_emulator.units import READ_AS, show, to_si
 
 _numbers = itertools.count()
 
@@ -46,8 +46,8 @@ class Signals:
         if not self._prefix and name == MODEL.rstrip("."):
             return Signals(self._value, MODEL)
         if self._prefix + name not in columns():
-            names = ", ".join(columns())
-            raise AttributeError(f"no signal '{self._prefix}{name}'; there are {names}")
+            hint = did_you_mean(self._prefix + name, columns())
+            raise AttributeError(f"no signal '{self._prefix}{name}'{hint}")
         return self._value(self._prefix + name)
 
 
@@ -145,7 +145,10 @@ class Emulator(AbstractContextManager["Emulator"]):
         if holds():
             return self.now - begin
         text = what if isinstance(what, str) else "the condition"
-        values = ", ".join(f"{n} = {self.rig.value(n):.6g} {u}" for n, u in self._watched(what))
+        values = ", ".join(
+            f"{name} = {show(self.rig.value(name), unit, READ_AS.get(unit, unit))}"
+            for name, unit in self._watched(what)
+        )
         raise NeverHeldError(f"{text} did not hold within {within}; at {self.now:.3f} s {values}")
 
     def fault(self, target: str, kind: str, /, **options: Any) -> Running:

@@ -3,8 +3,8 @@
 import struct
 from dataclasses import dataclass
 
-from hil_emulator.bus.bus import Bus
 from hil_emulator.frame import Frame
+from hil_emulator.simulation.timed_can_port import CanPort
 
 _NMT_START = 1  # CiA 301 7.2.8.2.2
 _MA = 1_000_000  # counts of the set point per mA
@@ -46,7 +46,7 @@ class Controller:
 
     """
 
-    def __init__(self, bus: Bus, node_id: int) -> None:
+    def __init__(self, bus: CanPort, node_id: int) -> None:
         self._bus = bus
         self._id = node_id
         self._mean_pressure: float | None = None

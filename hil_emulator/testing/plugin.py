@@ -16,6 +16,7 @@ import pytest
 if TYPE_CHECKING:
     from hil_emulator.config.load import Configuration
     from hil_emulator.faults.running import Running
+    from hil_emulator.scenario.outcome import Outcome
     from hil_emulator.simulation.emulator import Emulator, Signals, Time
     from hil_emulator.testing.lockstep_network import LockStepNetwork
     from hil_emulator.testing.process import EmulatorProcess
@@ -143,6 +144,27 @@ def wait_until(
 def inject(emulator: Emulator) -> Callable[..., Running]:
     """Return a function that injects a fault: `inject("pressure_a", "stuck")`."""
     return emulator.fault
+
+
+@pytest.fixture
+def play_scenario(request: pytest.FixtureRequest) -> Callable[..., list[Outcome]]:
+    """Return a function that plays a scenario next to the test, and fails if it is not passed.
+
+    `play_scenario("step.toml", connect)` connects a controller in Python, as `hil.play` does.
+    """
+    from hil_emulator.scenario.loading import runs_of
+    from hil_emulator.scenario.perform import Connect, perform
+    from hil_emulator.scenario.report import failures
+
+    def play(file: str | Path, connect: Connect | None = None) -> list[Outcome]:
+        path = request.path.parent / file
+        outcomes = [perform(path, run=run, connect=connect) for run in range(len(runs_of(path)))]
+        missed = failures(outcomes)
+        if missed:
+            pytest.fail("\n".join(missed), pytrace=False)
+        return outcomes
+
+    return play
 
 
 @pytest.fixture

@@ -9,15 +9,13 @@ from hil_emulator.recording import SUFFIX, journal
 from hil_emulator.recording.messages import describe, messages
 from hil_emulator.signals.columns import columns
 from hil_emulator.simulation.emulator import Emulator
-from hil_emulator.units import show
+from hil_emulator.units import READ_AS, show
 
 FRAMES = 20
 """Number of last frames in the report."""
 
 FOLDER = ".hil-emulator"
 """Folder of the recordings of failed tests, below pytest's root folder."""
-
-_SHOWN = {"Pa": "bar", "m": "mm", "A": "mA"}
 
 
 def frames(emulator: Emulator, count: int = FRAMES) -> list[str]:
@@ -33,17 +31,18 @@ def frames(emulator: Emulator, count: int = FRAMES) -> list[str]:
 def signals(emulator: Emulator) -> list[str]:
     """Return the present signals, a line each."""
     return [
-        f"  {name:<28} {show(emulator.rig.value(name), unit, _SHOWN.get(unit, unit))}"
+        f"  {name:<28} {show(emulator.rig.value(name), unit, READ_AS.get(unit, unit))}"
         for name, unit in columns().items()
     ]
 
 
 def keep(emulator: Emulator, test: str, folder: Path) -> Path:
-    """Write the test's recording over its last one and return its file."""
+    """Write the test's recording over its last one, out of sight of Git; return its file."""
     name = re.sub(r"[^\w.-]+", "_", test.partition("::")[2] or test)
     file = folder / f"{name}{SUFFIX}"
     with new_files(overwrite=True) as staged:
         journal.write(emulator.recording(), staged(file))
+    (folder / ".gitignore").write_text("*\n")
     return file
 
 

@@ -123,7 +123,7 @@ def test_without_a_file_the_machines_of_the_package_are_named() -> None:
     assert "hil-emulator init" in message
     assert "spring_load" not in message
     assert told("check", "hyq_knee") == told("check", REFERENCE)
-    assert "is no file, and no machine or layer or bench of the package, which are " in refused(
+    assert "is no file, and no machine or layer or bench of the package" in refused(
         "run", "hyqknee"
     )
 

@@ -1,5 +1,6 @@
 """What a stranger meets in the first minutes: words that are true, and exit codes that tell."""
 
+import re
 import shlex
 import subprocess
 import sys
@@ -124,8 +125,8 @@ def test_a_scenario_that_cannot_run_is_not_one_that_failed(tmp_path: Path) -> No
     )
     code, said = answer("scenario", str(file), "--jobs", "1")
     assert code == 2
-    assert "duraton: no such key, did you mean duration" in said
-    assert "expect.0.untill: no such key, did you mean until" in said
+    assert "duraton: no such key, did you mean 'duration'" in said
+    assert "expect.0.untill: no such key, did you mean 'until'" in said
     assert answer("scenario", str(tmp_path / "none.toml"))[0] == 2
 
 
@@ -191,19 +192,36 @@ def test_identify_tells_no_answer_from_an_answer(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", sorted(main.commands))
-def test_every_help_ends_with_an_example_that_is_understood(name: str) -> None:
+def test_every_help_begins_with_an_example_that_is_understood(name: str) -> None:
     """Its options are known, and packaged names are there."""
     example = EXAMPLES[name]
-    assert example in answer(name, "--help")[1]
+    assert answer(name, "--help")[1].partition("\n\n")[2].startswith(f"Example: {example}\n")
     if name != "completion":  # that one is evaluated by the shell
         _, said, *arguments = shlex.split(example)
         assert main.commands[said].make_context(said, arguments)
 
 
 def test_the_list_of_commands_is_not_cut_off() -> None:
-    """Each command by its whole first sentence, however narrow the terminal."""
-    listed = answer("--help")[1]
-    assert "...\n" not in listed.partition("Commands:")[2]
+    """Each command by its whole first sentence, however narrow the terminal, and once."""
+    listed = answer("--help")[1].partition("Run and connect:")[2]
+    assert "...\n" not in listed
+    assert sorted(re.findall(r"^  (\S+)", listed, re.M)) == sorted(main.commands)
+
+
+@pytest.mark.parametrize(
+    ("words", "suggestion"),
+    [
+        (["rnu"], "run"),
+        (["check", "hyq_kne"], "hyq_knee"),
+        (["scenario", "hold_positon"], "hold_position"),
+        (["run", "hyq_knee", "--trigger", "positon > 1 mm", "--record", "a.rec"], "position"),
+        (["run", "hyq_knee", "--fault", "presure_a stuck"], "pressure_a"),
+    ],
+)
+def test_a_wrong_name_gets_a_suggestion(words: list[str], suggestion: str) -> None:
+    """Of a command, a machine, a scenario, a signal and a fault's target."""
+    code, text = answer(*words)
+    assert (code, f"did you mean '{suggestion}'?" in " ".join(text.split())) == (2, True), text
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])

@@ -48,11 +48,19 @@ def test_an_unknown_target_lists_what_there_is() -> None:
 def test_a_fault_that_a_target_cannot_have_lists_those_it_can() -> None:
     """A position has no twin to be swapped with, a supply no spool to stick."""
     with pytest.raises(
-        UserError, match=r"position cannot have 'swapped'.*There are: off, wire_break"
+        UserError, match=r"position cannot have 'swapped'.*there are off, wire_break"
     ):
         fault("position", "swapped")
-    with pytest.raises(UserError, match=r"supply cannot have 'stuck'.*There are: loss, droop"):
+    with pytest.raises(UserError, match=r"supply cannot have 'stuck'.*there are loss, droop"):
         fault("supply", "stuck")
+
+
+def test_a_value_of_another_dimension_shows_the_usual_one() -> None:
+    """In the unit and the size in which people write it."""
+    with pytest.raises(UserError, match='a pressure is wanted, such as "40 bar"'):
+        fault("supply", "droop", drop="60 mm")
+    with pytest.raises(UserError, match='a pressure is wanted, such as "'):
+        fault("pressure_a", "offset", value="60 mm")
 
 
 def test_an_unknown_parameter_lists_the_known_ones() -> None:
@@ -71,7 +79,7 @@ def test_an_unknown_parameter_lists_the_known_ones() -> None:
         ({"probability": 2}, "not between 0 and 1"),
         ({"condition": "position >> 3"}, "is not a comparison"),
         ({"condition": "position > 3 bar"}, "a length is wanted"),
-        ({"condition": "posn > 3 mm"}, "no signal 'posn'; there are time"),
+        ({"condition": "posn > 3 mm"}, "no signal 'posn'"),
         ({"condition": "up and away"}, '"up" is not a comparison'),
         ({"condition": "position > 1 mm and " * 30 + "position > 1 mm"}, "longer than 500"),
         ({"value": "inf bar"}, r"inf bar is outside -2500 bar \.\.\. 2500 bar"),

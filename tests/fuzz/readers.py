@@ -25,7 +25,9 @@ from hil_emulator.panel import offline_source
 from hil_emulator.platform.paths import shipped
 from hil_emulator.recording import journal, streaming
 from hil_emulator.recording.messages import from_json
-from hil_emulator.scenario import perform, schema
+from hil_emulator.scenario import loading
+from hil_emulator.scenario.profile import read_profile
+from hil_emulator.scenario.schema import SignalProfile
 from hil_emulator.simulation.parameter_store import ParameterFile
 from tests.fuzz import machine_code
 
@@ -100,8 +102,8 @@ def _parameters(file: Path) -> None:
 
 
 def _profile(file: Path) -> None:
-    profile = schema.SignalProfile(signal="external_force", file=file.name)
-    perform._profile(file.parent, profile)
+    profile = SignalProfile(signal="external_force", file=file.name)
+    read_profile(file.parent, profile)
 
 
 def _stimulus(file: Path) -> None:
@@ -147,7 +149,7 @@ READERS = (
     Reader("rec on the panel", _on_panel, 0.01, "rec"),
     Reader("rec to identify", _log, 0.02, "rec"),
     Reader("toml", lambda file: load_machine([file]), 0.03),
-    Reader("scenario", schema.load, 0.08, "toml"),
+    Reader("scenario", loading.load, 0.08, "toml"),
     Reader("eds", lambda file: Dictionary.from_eds(file, 5), 0.02),
     Reader("dcf", _sheet, 0.01),
     Reader("dbc", _database, 0.03),

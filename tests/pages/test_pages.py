@@ -110,6 +110,6 @@ def test_a_template_leaves_nothing_open() -> None:
 def test_numbers_stand_to_the_right(tmp_path: Path) -> None:
     """Whatever begins like a number does; a word does not."""
     right = re.findall(r'<td class="number">([^<]*)', identified(tmp_path))
-    effect = ["1 N", "0.5 N ... 1.5 N", "90 %", "700"]
+    effect = ["1", "0.5 ... 1.5", "90 %", "700"]
     assert right[:6] == [*effect, "2 (20 %)", "1 (10 %)"]
-    assert right[6:] == ["1 N", "1.1 N", "0.9 N ... 1.3 N", "+10.0 %"]
+    assert right[6:] == ["1", "1.1", "0.9 ... 1.3", "+10.0 %"]

@@ -1,6 +1,7 @@
 """The page in headless Chromium, touched as people touch it."""
 
 import contextlib
+import re
 import shutil
 import time
 from collections.abc import Callable, Iterator
@@ -107,6 +108,78 @@ def test_a_fault_by_a_click_is_on_the_bus_and_gone_after_the_second(
         click(page, "#running button")
         assert emergency(bus) == "0000"
         until(lambda: not shown(page, "#running li"))
+
+
+@pytest.mark.parametrize("typed", ["", "abc"])
+def test_a_fault_without_a_number_is_refused(page: webdriver.Chrome, typed: str) -> None:
+    """Nothing is injected; the message names the field and the usual value."""
+    click(page, "#tab-Faults")
+    click(page, ".kinds button", "offset")
+    field = until(lambda: shown(page, "#p-value"))[0]
+    usual = field.get_attribute("value")
+    field.clear()
+    field.send_keys(f"{typed}\n")
+    words = f"value: write a number, such as {usual} bar. Nothing was injected."
+    until(lambda: [e for e in shown(page, "#panel-Faults [role=alert]") if e.text == words])
+    assert not shown(page, "#running li")
+
+
+def test_a_set_point_that_no_longer_comes_is_stale(bench: Bench, page: webdriver.Chrome) -> None:
+    """One second after its last frame, and then for how long it has been silent."""
+    click(page, "#tab-Nodes")
+    with can.Bus(
+        interface="socketcand", host="127.0.0.1", port=bench.can_port, channel="can0"
+    ) as bus:
+        for _ in range(20):
+            bus.send(can.Message(arbitration_id=0x205, data=bytes(4), is_extended_id=False))
+            time.sleep(0.002)
+    until(lambda: [e for e in shown(page, ".stale") if re.search("RPDO1 205 silent for", e.text)])
+    click(page, "#tab-Bus")
+    until(lambda: [e for e in shown(page, ".stale") if e.text.startswith("205 rx silent for")])
+
+
+@pytest.mark.parametrize("name", ["Faults", "Settings", "Nodes", "Bus", "Scenarios", "Loop"])
+def test_nothing_is_cut_off_on_a_phone(page: webdriver.Chrome, name: str) -> None:
+    """At 390 px the page scrolls down only, and every button of a tab is on it."""
+    size = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
+    page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    try:
+        click(page, f"#tab-{name}")
+        until(lambda: page.execute_script("return innerWidth") == 390)
+        assert page.execute_script("return document.documentElement.scrollWidth") <= 390
+        for button in shown(page, f"#panel-{name} button"):
+            place = button.rect
+            assert place["x"] >= 0
+            assert place["x"] + place["width"] <= 390
+    finally:
+        page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_strips_fill_a_large_window(page: webdriver.Chrome) -> None:
+    """They grow with the height of the window, and are all on it."""
+    size = {"width": 2400, "height": 1300, "deviceScaleFactor": 1, "mobile": False}
+    page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    try:
+        until(lambda: all(e.rect["height"] > 230 for e in shown(page, ".strip")))
+        last = shown(page, ".strip")[-1].rect
+        assert 1100 < last["y"] + last["height"] <= 1300
+    finally:
+        page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_a_screen_reader_finds_names_and_roles(page: webdriver.Chrome) -> None:
+    """Every control has a name, every tab its panel, every strip says what it shows."""
+    nameless = page.execute_script("""
+        return [...document.querySelectorAll("button, input, select")].filter((e) =>
+          e.checkVisibility() && !(e.textContent.trim() || e.getAttribute("aria-label") ||
+          e.labels?.length || e.title)).map((e) => e.outerHTML)""")
+    assert nameless == []
+    for tab in shown(page, "[role=tab]"):
+        panel = page.find_element(By.ID, tab.get_attribute("aria-controls"))
+        assert panel.get_attribute("aria-labelledby") == tab.get_attribute("id")
+    strip = shown(page, ".strip [role=img]")[0]
+    assert strip.get_attribute("aria-label") == "position, model.position over time, in mm"
+    assert page.find_element(By.TAG_NAME, "h1").text == "hyq_knee + bus"
 
 
 def test_a_set_point_out_of_bounds_is_refused_in_words(page: webdriver.Chrome) -> None:

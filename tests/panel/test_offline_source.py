@@ -29,16 +29,18 @@ def recording() -> Recording:
     with Emulator(load_rig([shipped("configs/hyq_knee.toml")])) as emulator:
         emulator.run_for("0.1 s")
         emulator.fault("pressure_a", "stuck")
+        emulator.fault("pressure_b", "off", start="50 ms")
         emulator.run_for("0.1 s")
         return emulator.recording()
 
 
 def test_a_recording_shows_its_rows_and_what_was_done(recording: Recording, tmp_path: Path) -> None:
-    """Row for row, with the machine that its header describes."""
+    """Row for row, with the machine that its header describes; a fault where it begins."""
     file = tmp_path / "run.rec"
     journal.write(recording, file)
     source = opened(file)
-    assert [words for _, _, words in source.state.events] == ["pressure_a stuck"]
+    marks = [(time, words) for _, time, words in source.state.events]
+    assert marks == [(0.1, "pressure_a stuck"), (pytest.approx(0.15), "pressure_b off")]
     assert source.hello["machine"]["stroke"] == pytest.approx(0.08)
     row = source.state.row(0.15)
     np.testing.assert_array_equal(np.float32(row), recording.rows[150].astype(np.float32))

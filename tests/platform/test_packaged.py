@@ -8,7 +8,7 @@ import pytest
 from hil_emulator.config.machine import load_machine
 from hil_emulator.errors import UserError
 from hil_emulator.platform.packaged import CONFIGURATIONS, Purpose, copy, found, packaged
-from hil_emulator.scenario import schema
+from hil_emulator.scenario import loading
 
 
 @pytest.mark.parametrize("name", packaged(Purpose.MACHINE))
@@ -27,7 +27,7 @@ def test_a_copied_machine_is_whole_in_an_empty_folder(name: str, tmp_path: Path)
 @pytest.mark.parametrize("name", packaged(Purpose.SCENARIO))
 def test_a_copied_scenario_brings_its_machine(name: str, tmp_path: Path) -> None:
     """Its configuration files and profiles lie beside it."""
-    scenario = schema.load(copy(name, tmp_path)[0])
+    scenario = loading.load(copy(name, tmp_path)[0])
     assert all((tmp_path / file).is_file() for file in scenario.config)
     profiles = [step.profile.file for step in scenario.steps if step.profile]
     assert all((tmp_path / file).is_file() for file in profiles)

@@ -10,8 +10,8 @@ import pytest
 
 from hil_emulator.errors import UserError
 from hil_emulator.platform.paths import shipped
+from hil_emulator.scenario.loading import load
 from hil_emulator.scenario.perform import perform
-from hil_emulator.scenario.schema import load
 
 Write = Callable[[str], Path]
 
@@ -49,7 +49,7 @@ def check(file: Path) -> tuple[bool, str]:
     ("expectation", "passed", "found"),
     [
         ('signal = "position"\nwithin = ["39 mm", "50 mm"]', True, "mm ..."),
-        ('signal = "position"\nwithin = ["39 mm", "40.5 mm"]', False, "mm ..."),
+        ('signal = "position"\nwithin = ["39 mm", "40.5 mm"]', False, "mm at 0.0"),
         ('signal = "model.position"\nwithin = ["41 mm", "42 mm"]\nby = "90 ms"\nfor = "1 ms"',
          True, "at 0.0"),
         ('signal = "position"\nwithin = ["60 mm", "70 mm"]\nby = "90 ms"', False, "never"),
@@ -57,8 +57,8 @@ def check(file: Path) -> tuple[bool, str]:
          False, "no sample"),
         ('frame = "0x705"\ndata = "00"', True, "1, first at 0.000 s"),
         ('frame = "0x705"\ndata = "00"\nseen = false', False, "1, first"),
-        ('frame = "0x085"\nseen = false', True, "none"),
-        ('frame = "0x285"\nuntil = "4 ms"', False, "none"),
+        ('frame = "0x085"\nseen = false', True, "0"),
+        ('frame = "0x285"\nuntil = "4 ms"', False, "0"),
     ],
 )  # fmt: skip
 def test_an_expectation_is_met_or_not(
@@ -79,17 +79,17 @@ EXPECT = '[[expect]]\nframe = "0x085"\nseen = false\n'
         ('[[step]]\nfault = "supply stuck"\n' + EXPECT, "supply cannot have 'stuck'.*loss, droop"),
         (
             '[[step]]\nset = { speed = "1 m/s" }\n' + EXPECT,
-            "unknown key in set; there are supply_pressure, lin",
+            "unknown key 'speed' in set; there are supply_pressure, lin",
         ),
         ('[[step]]\nwhen = "up"\n' + EXPECT, '"up" is not a comparison'),
-        ('[[step]]\nfualt = "x"\n' + EXPECT, r"step\.1\.fualt: no such key, did you mean fault"),
+        ('[[step]]\nfualt = "x"\n' + EXPECT, r"step\.1\.fualt: no such key, did you mean 'fault'"),
         ('[[expect]]\nsignal = "speed"\n', "no signal 'speed'; there are time"),
-        ('[[expect]]\nwithin = ["1 mm", "2 mm"]\n', "name either a signal or a frame"),
+        ('[[expect]]\nwithin = ["1 mm", "2 mm"]\n', "name either a signal, an object or a frame"),
         ("", "expect: is missing"),
         ('[[step]]\nat = "1e300 s"\n' + EXPECT, r"step\.1\.at: .* 0 s \.\.\. 1e\+06 s"),
         ('[[step]]\nset = { supply_pressure = "inf bar" }\n' + EXPECT, "outside 1 bar ... 400"),
         ('[[step]]\nset = { valve_current = "3 A" }\n' + EXPECT, "outside -2000 mA ... 2000 mA"),
-        ("[[step]]\nset = 5\n" + EXPECT, "unknown key in set"),
+        ("[[step]]\nset = 5\n" + EXPECT, "unknown key 'set' in set"),
         ('[[step]]\nfault = ["a"]\n' + EXPECT, "fault"),
         ("[[step]]\nwhen = 3\n" + EXPECT, "is not a comparison"),
         ('[[expect]]\nsignal = ["position"]\nwithin = ["1 mm", "2 mm"]\n', "no signal"),

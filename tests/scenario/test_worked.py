@@ -11,8 +11,8 @@ FILES = sorted((Path(__file__).parents[2] / "configs" / "scenarios").glob("*.tom
 
 def test_all_pass() -> None:
     """One after the other in this process; every expectation is met."""
-    outcomes = run_all(FILES)
-    assert len(outcomes) == 11
+    outcomes = run_all(FILES, role="reference")
+    assert len(outcomes) == 12
     missed = [(o.title, o.error, [c for c in o.checks if not c.passed]) for o in outcomes]
     assert [m for m in missed if m[1] or m[2]] == []
     assert all(o.checks for o in outcomes)
@@ -23,11 +23,11 @@ def test_they_are_the_same_with_two_workers_and_on_a_cluster() -> None:
     """Every frame and signal of all: in this process, in two, on a Dask cluster."""
     from distributed import LocalCluster
 
-    alone = [o.digest for o in run_all(FILES)]
+    alone = [o.digest for o in run_all(FILES, role="reference")]
     assert all(alone)
-    assert [o.digest for o in run_all(FILES, workers=2)] == alone
+    assert [o.digest for o in run_all(FILES, workers=2, role="reference")] == alone
     with LocalCluster(
         n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None
     ) as cluster:
-        spread = run_all(FILES, cluster=cluster.scheduler_address)
+        spread = run_all(FILES, cluster=cluster.scheduler_address, role="reference")
     assert [o.digest for o in spread] == alone

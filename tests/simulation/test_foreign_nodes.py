@@ -150,7 +150,8 @@ def test_a_new_device_gets_its_node_id_by_lss(
         ('map = { "0x1008" = "position" }', "a VISIBLE_STRING is not a number"),
         ('map = { "0x2090" = 70000 }', "0x2090:00 Temperature: 70000 is refused"),
         ('map = { "2090" = 1 }', "node.1.map: '2090' is not an object; write it as"),
-        ('map = { "0x2090" = "presure" }', "0x2090: no channel or command 'presure'; there are"),
+        ('map = { "0x2090" = "presure" }', "0x2090: no channel or command 'presure', did you"),
+        ('map = { "0x2090" = "presure", "6130" = 1 }', "\n    '6130' is not an object"),
         (
             'map = { "0x2090" = { channel = "position", unit = "1 bar" } }',
             "is a pressure; a",

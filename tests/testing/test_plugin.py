@@ -36,6 +36,7 @@ def test_a_failing_test_tells_frames_signals_seed_and_replay(tmp_path: Path) -> 
     assert "position offset, value 3 mm" in text
     assert re.search(r"model\.position +(40|39\.9)\S* mm", text)
     assert "--emulator-seed 1" in text
+    assert (tmp_path / ".hil-emulator" / ".gitignore").read_text() == "*\n"
 
 
 @pytest.mark.slow

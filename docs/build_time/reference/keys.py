@@ -70,7 +70,7 @@ def _default(field: FieldInfo, param: Param | None = None) -> str:
     if field.is_required():
         return "required"
     value = field.get_default(call_default_factory=True)
-    if value is None or value in ((), "", {}) or isinstance(value, BaseModel):
+    if value is None or value in ((), [], "", {}) or isinstance(value, BaseModel):
         return ""
     if param is not None:
         return text(show(value, param.unit, param.shown))

@@ -8,6 +8,7 @@ from build_time.reference import (
     index,
     log_formats,
     objects,
+    requests,
     result_json,
     scenarios,
 )
@@ -21,10 +22,12 @@ PAGES = {
     "objects": objects,
     "result_json": result_json,
     "log_formats": log_formats,
+    "requests": requests,
 }
 
 
 def texts() -> dict[str, str]:
     """Return the text of each page by the name of its file, the index first."""
     written = {f"{name}.md": module.write() for name, module in PAGES.items()}
-    return {"index.md": index.write(PAGES)} | written
+    schema = {requests.SCHEMA: requests.schema_text()}
+    return {"index.md": index.write(PAGES)} | written | schema

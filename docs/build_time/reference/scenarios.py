@@ -4,14 +4,15 @@ from build_time.reference import keys
 from build_time.reference.markdown import code, page, sentence, table, text
 from hil_emulator.model.quantities import INPUTS, SIGNALS
 from hil_emulator.model.sensors import CHANNELS
-from hil_emulator.scenario.schema import Expect, Scenario, SignalProfile, Step
+from hil_emulator.scenario.expect import Expect
+from hil_emulator.scenario.schema import Scenario, SignalProfile, Step
 from hil_emulator.signals.columns import MODEL, columns
 from hil_emulator.signals.inputs import SET_POINTS, SETTINGS
 
 _HEAD = """\
 Every table and key of a scenario file (TOML). Times and other quantities are text with a unit, such
 as `"200 ms"`. A key without a default may be left out.
-[Faults and scenarios](../how_to/faults.md) shows how to write and run one."""
+[Scenarios](../how_to/scenarios.md) shows how to write and run one."""
 
 _CONDITIONS = """\
 A condition compares signals with quantities: `position > 60 mm and load_force < 100 N`. The

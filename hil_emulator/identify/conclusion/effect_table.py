@@ -109,7 +109,7 @@ def effect_table(
     text = _FILE.format(
         story=story or f"It acts on the {term.balance}: {term.shape}.", stage=place.stage.name,
         knots=_numbers(knots), values=_numbers(values), slopes=_numbers(np.asarray(slopes)),
-        regressor_unit=REGRESSORS[term.regressor].unit or "SI", unit=term.unit,
+        regressor_unit=REGRESSORS[term.regressor].unit, unit=term.unit,
         signature=f"{term.balance} over {term.regressor}", name=name,
         arguments=", ".join(f"{a}: float" for a in place.takes), equation=place.equation,
         regressor=place.regressor, value=place.value,

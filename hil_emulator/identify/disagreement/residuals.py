@@ -40,8 +40,10 @@ FEWEST_IN_BIN = 10
 """Samples in a bin below which nothing is drawn."""
 
 SHOWN = {"m^3/s": (6e4, "l/min"), "m/s": (1e3, "mm/s"), "m": (1e3, "mm"), "Pa": (1e-5, "bar"),
-         "A": (1e3, "mA"), "N": (1.0, "N"), "s": (1.0, "s")}  # fmt: skip
-"""Factor and unit for people, by SI unit."""
+         "A": (1e3, "mA"), "N": (1.0, "N"), "s": (1.0, "s"), "A/s": (1e3, "mA/s"),
+         "Pa/s": (1e-5, "bar/s"), "Pa/s^2": (1e-5, "bar/s^2"), "Pa*m": (1e-2, "bar*mm"),
+         "m/s^2": (1.0, "m/s^2")}  # fmt: skip
+"""Factor and unit for people, by SI unit; of every regressor."""
 
 
 @dataclass(frozen=True)
@@ -205,7 +207,7 @@ def _map(
 ) -> Map:
     balance, regressor = term.balance, term.regressor
     factor, unit = SHOWN[balance.unit]
-    regressor_factor, regressor_unit = SHOWN.get(REGRESSORS[regressor].unit, (1.0, "SI"))
+    regressor_factor, regressor_unit = SHOWN[REGRESSORS[regressor].unit]
     ends = np.quantile(before[0], (0.005, 0.995))
     edges = np.linspace(ends[0], ends[1], BINS + 1)
     centres = 0.5 * (edges[:-1] + edges[1:]) * regressor_factor

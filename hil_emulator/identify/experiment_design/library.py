@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hil_emulator.errors import UserError
+from hil_emulator.errors import UserError, did_you_mean
 from hil_emulator.identify.experiment_design import shapes
 from hil_emulator.identify.experiment_design.shapes import ENTRY, Shape, smooth
 from hil_emulator.identify.measured.experiment import Array
@@ -136,7 +136,7 @@ def stimulus(name: str) -> Stimulus:
     for entry in LIBRARY:
         if entry.name == name:
             return entry
-    raise UserError(f"{name}: no such experiment; there are {', '.join(e.name for e in LIBRARY)}")
+    raise UserError(f"{name}: no such experiment{did_you_mean(name, [e.name for e in LIBRARY])}")
 
 
 def target(

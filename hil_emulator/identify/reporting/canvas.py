@@ -11,6 +11,9 @@ WIDTH = 8.6
 """Width of a page's picture [inch]."""
 
 
+_TICKS = 5
+"""Largest number of intervals between ticks below each of several pictures side by side."""
+
 NARROW = 4.0
 """Ratio of an axis's ends below which it stays linear."""
 
@@ -21,6 +24,8 @@ def figure(height: float, columns: int = 1, rows: int = 1, **options: Any) -> tu
     for one in axes.flat if hasattr(axes, "flat") else [axes]:
         one.spines[["top", "right"]].set_visible(False)
         one.tick_params(labelsize=8)
+        if columns > 1:
+            one.locator_params(axis="x", nbins=_TICKS)
     return drawn, axes
 
 

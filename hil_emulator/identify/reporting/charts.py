@@ -20,6 +20,9 @@ from hil_emulator.identify.selection.levels import NORMAL_95
 LEAST_KNOWN = 0.5
 """Relative standard deviation of a size up to which a picture scales to it."""
 
+_WHOLE = 100.0
+"""Gain from which on a chart leaves out its decimals."""
+
 RANKED = 12
 """Candidates that a ranking shows."""
 
@@ -70,7 +73,8 @@ def ranking(result: Result) -> bytes:
     bars = axes.barh(names, gains, color=[AFTER if n in named else FLOOR for n in names],
                      height=0.7)  # fmt: skip
     # bars start at zero, so lengths show ratios; short bars have their value as text
-    axes.bar_label(bars, [f"{gain:.1f}" for gain in gains], padding=3, fontsize=8)
+    written = [f"{gain:.1f}" if gain < _WHOLE else f"{gain:.0f}" for gain in gains]
+    axes.bar_label(bars, written, padding=3, fontsize=8)
     axes.margins(x=0.1)
     axes.set_xlabel("gain in chi-square, ordinary parameters projected out (blue: named)",
                     fontsize=9)  # fmt: skip

@@ -4,11 +4,12 @@ import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from hil_emulator.identify.conclusion.findings import Finding, Refitted
+from hil_emulator.identify.conclusion.findings import Finding, Refitted, rounded
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.model import quantities
+from hil_emulator.units import show
 
 EFFECT_FILE = "unexplained.py"
 """File of an unexplained term, next to the layer that refers to it."""
@@ -76,24 +77,25 @@ def _table(coordinate: Coordinate) -> str:
     return coordinate.field.partition("_")[0]
 
 
-def quoted(value: float, unit: str) -> str:
-    """Return a value as the configuration writes it."""
-    return repr(float(value)) if unit == "1" else f'"{value:.8g} {unit}"'
+def quoted(value: float, unit: str, shown: str) -> str:
+    """Return a value as the configuration writes it, in the unit that people use."""
+    return f"{value:.6g}" if unit == "1" else f'"{show(value, unit, shown)}"'
 
 
 def _effect(search: Search, coordinate: Coordinate, finding: Finding) -> str:
     assert coordinate.effect is not None
     assert search.told is not None
     at = dict(zip([c.name for c in search.told.coordinates], search.told.at, strict=True))
-    law = [f"{finding.knob} = {quoted(finding.value, finding.unit)}"]
+    law = [f"{finding.knob} = {quoted(finding.value, finding.unit, finding.shown)}"]
     for shape in search.shapes:
         owner, _, name = shape.name.rpartition(".")
         if owner == coordinate.name:
-            law.append(f"{name} = {quoted(shape.value(float(at[shape.name])), shape.unit)}")
-    low, high = (f"{v:.4g}" for v in finding.interval)
+            value = shape.value(float(at[shape.name]))
+            law.append(f"{name} = {quoted(value, shape.unit, shape.shown)}")
+    low, high = (rounded(v, finding.unit, finding.shown) for v in finding.interval)
     return (
         f"{coordinate.effect.name} = {{ {', '.join(law)} }}"
-        f"   # 95 %: {low} ... {high} {finding.unit}; takes {finding.share} of the squared error"
+        f"   # 95 %: {low} ... {high}; takes {finding.share} of the squared error"
     )
 
 
@@ -104,12 +106,14 @@ def _refitted(result: Result) -> list[tuple[Coordinate, float]]:
 
 
 def _ordinary(coordinate: Coordinate, value: float, refitted: Refitted | None) -> str:
-    text = f"   # ordinary parameter, configured {coordinate.neutral:.6g} {coordinate.unit}"
+    unit, shown = coordinate.unit, coordinate.shown
+    text = f"   # ordinary parameter, configured {show(coordinate.neutral, unit, shown)}"
     if refitted is not None:
-        text += f", 95 %: {refitted.low:.5g} ... {refitted.high:.5g}"
+        low, high = (rounded(v, unit, shown) for v in (refitted.low, refitted.high))
+        text += f", 95 %: {low} ... {high}"
     if coordinate.effect is not None:
         name = coordinate.field.removeprefix(f"{coordinate.effect.name}_")
-        return f"{coordinate.effect.name}.{name} = {quoted(value, coordinate.unit)}{text}"
+        return f"{coordinate.effect.name}.{name} = {quoted(value, unit, shown)}{text}"
     table = coordinate.field.partition("_")[0]
     assert table in quantities.PARAMS
-    return f"{coordinate.field[len(table) + 1 :]} = {quoted(value, coordinate.unit)}{text}"
+    return f"{coordinate.field[len(table) + 1 :]} = {quoted(value, unit, shown)}{text}"

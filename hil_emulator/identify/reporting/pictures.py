@@ -152,7 +152,7 @@ def term(unexplained: Unexplained) -> bytes:
     factor, unit = SHOWN[unexplained.unit]
     drawn, axes = figure(2.4)
     knots = np.array(unexplained.knots)
-    scale, regressor_unit = SHOWN.get(REGRESSORS[unexplained.regressor].unit, (1.0, "SI"))
+    scale, regressor_unit = SHOWN[REGRESSORS[unexplained.regressor].unit]
     axes.plot(scale * knots, factor * np.array(unexplained.curve), "o-", color=BEFORE)
     axes.axhline(0.0, color=MEASURED, lw=0.5)
     axes.set_xlabel(f"{unexplained.regressor} [{regressor_unit}]", fontsize=9)

@@ -7,6 +7,7 @@ from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.disagreement.regions import Disagreement, Region
 from hil_emulator.identify.reporting import charts, pictures, report_tables
 from hil_emulator.identify.reporting.headline import headline
+from hil_emulator.identify.reporting.next_steps import next_steps
 from hil_emulator.pages.render import render
 
 _WORDS = {
@@ -37,6 +38,7 @@ def report(result: Result, title: str, made: str = "") -> str:
         verdict=_WORDS[result.verdict],
         settled=result.verdict in _SETTLED,
         sentences=headline(result),
+        steps=next_steps(result),
         **_where(result),
         **_found(result),
         **_size(result),
@@ -93,7 +95,7 @@ def _reasons(result: Result) -> dict[str, Any]:
     return {
         "ranking_chart": charts.ranking(result),
         "ranking": report_tables.ranking(result),
-        "ladder": charts.ladder(result) if result.ladder else b"",
+        "ladder": charts.ladder(result) if len(result.ladder) > 1 else b"",
     }
 
 

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 
-from hil_emulator.identify.conclusion.findings import TOLERANCE, rounded
+from hil_emulator.identify.conclusion.findings import rounded
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.pages.render import Table
 
@@ -17,15 +17,33 @@ def effects(result: Result) -> Table:
     """Return the named effects."""
     rows: list[tuple[object, ...]] = []
     for f in result.effects:
-        low, high = (rounded(v, f.unit, f.shown) for v in f.interval)
+        value, *ends = (rounded(v, f.unit, f.shown) for v in (f.value, *f.interval))
+        low, high = map(_number, ends)
         flags = [f"its form differs: {f.form}"] if f.form_differs else []
         flags += [f"or {', '.join(f.group)}"] if f.group else []
         rows.append(
-            (f.name, f.knob, rounded(f.value, f.unit, f.shown), f"{low} ... {high}",
-             f.share, f"{f.delta_chi2:.0f}", _held_out(f.held_out), "; ".join(flags))
+            (f.name, f.knob, _number(value), f"{low} ... {high}", _unit(value), f.share,
+             f"{f.delta_chi2:.0f}", _held_out(f.held_out), "; ".join(flags))
         )  # fmt: skip
-    head = ("effect", "parameter", "value", "95 % interval", "share", *GAINS, "caution")
-    return Table(head, rows)
+    head = ("effect", "parameter", "value", "95 % interval", "unit", "share", *GAINS, "caution")
+    return _filled(Table(head, rows))
+
+
+def _number(quantity: str) -> str:
+    """Return the number of a quantity."""
+    return quantity.partition(" ")[0]
+
+
+def _unit(quantity: str) -> str:
+    """Return the unit of a quantity; "" without one."""
+    return quantity.partition(" ")[2]
+
+
+def _filled(table: Table) -> Table:
+    """Return a table without its last column where that is empty."""
+    if any(row[-1] for row in table.rows):
+        return table
+    return Table(table.head[:-1], [row[:-1] for row in table.rows], table.groups)
 
 
 def gap(result: Result) -> Table:
@@ -97,14 +115,13 @@ def parameters(result: Result) -> Table:
     rows: list[tuple[object, ...]] = []
     for name, p in result.parameters.items():
         change = f"{100 * p.change:+.1f} %" if p.configured else ""
-        interval = f"{p.words(p.low)} ... {p.words(p.high)}"
-        way = "more" if p.change > 0.0 else "less"
-        caution = f"{way} than a tolerance of {TOLERANCE:.0%} explains: check it" if p.moved else ""
-        rows.append((name, p.words(p.configured), p.words(p.refitted), interval, change, caution))
-    head = ("parameter", "configured", "refitted", "95 % interval", "change", "caution")
-    if not any(p.moved for p in result.parameters.values()):
-        return Table(head[:-1], [row[:-1] for row in rows])
-    return Table(head, rows)
+        configured, refitted, low, high = map(p.words, (p.configured, p.refitted, p.low, p.high))
+        interval = f"{_number(low)} ... {_number(high)}"
+        caution = "check it" if p.moved else ""
+        rows.append((name.replace("_", " "), _number(configured), _number(refitted), interval,
+                     _unit(refitted), change, caution))  # fmt: skip
+    head = ("parameter", "configured", "refitted", "95 % interval", "unit", "change", "caution")
+    return _filled(Table(head, rows))
 
 
 def below_floor(result: Result) -> list[str]:

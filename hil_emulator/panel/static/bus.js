@@ -1,6 +1,6 @@
 // The bus: load, frames per second, a line per identifier, or a trace in words with a filter.
 
-import { digits, make, plain } from "./dom.js";
+import { digits, make, overdue, plain } from "./dom.js";
 
 const MOST = 500;
 
@@ -8,6 +8,7 @@ export class BusView {
   constructor(host, hello, stream) {
     this.stream = stream;
     this.rate = hello.bit_rate;
+    this.passes = !hello.logs; // time, which it does not in a recording
     this.what = "identifiers";
     this.load = make("p");
     const choice = (what, text) => make("button", {
@@ -64,7 +65,9 @@ export class BusView {
     while (this.body.rows.length > shown.length) this.body.lastChild.remove();
     shown.forEach((line, i) => {
       const row = this.body.rows[i] ?? this.body.insertRow();
-      fill(row, [line.id, way(line), line.period ? `${plain(line.period * 1e3)} ms` : `${line.count}×`], line);
+      const late = this.passes ? overdue(line) : "";
+      row.className = late ? "stale" : "";
+      fill(row, [line.id, way(line), late || (line.period ? `${plain(line.period * 1e3)} ms` : `${line.count}×`)], line);
     });
   }
 

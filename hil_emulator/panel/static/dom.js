@@ -31,6 +31,12 @@ export function plain(value) {
   return String(Number(value.toPrecision(5)));
 }
 
+// Returns how long a message is overdue, in words; "" while it comes, or if it is no periodic one.
+export function overdue({ age, period }) {
+  if (age == null || !period || age < Math.max(1, 5 * period)) return "";
+  return `silent for ${age < 100 ? digits(age, 1) : Math.round(age)} s`;
+}
+
 export function save(name, blob) {
   const link = make("a", { href: URL.createObjectURL(blob), download: name });
   link.click();

@@ -14,7 +14,7 @@ export class Faults {
     this.catalogue = hello.faults;
     this.target = make("select", { "aria-label": "What breaks", onchange: () => this.pickTarget() },
       hello.faults.map(({ target }) => make("option", {}, target)));
-    this.other = make("input", { type: "text", placeholder: "node5.tpdo1, 0x185", "aria-label": "Another target" });
+    this.other = make("input", { type: "text", placeholder: `node${hello.nodes[0]}.tpdo1`, "aria-label": "Another target" });
     this.kinds = make("div", { class: "kinds", role: "group", "aria-label": "How" });
     this.meaning = make("p", { class: "note" });
     this.fields = make("div", { class: "fields" });
@@ -29,7 +29,7 @@ export class Faults {
     this.injected = make("section", { hidden: true }, make("h3", { style: "margin-top:0" }, "Injected"), this.running,
       make("div", { class: "row" }, this.all));
     host.append(this.injected,
-      make("form", { onsubmit: (event) => { event.preventDefault(); this.go(); } },
+      make("form", { novalidate: true, onsubmit: (event) => { event.preventDefault(); this.go(); } },
         make("div", { class: "row" }, make("label", {}, "Target ", this.target), this.other),
         this.kinds, this.meaning, this.fields,
         make("details", {}, make("summary", {}, "When, how likely"), this.common),
@@ -57,12 +57,20 @@ export class Faults {
     const given = { target: this.other.value.trim() || this.target.value, kind: this.kind.name };
     for (const input of this.fields.querySelectorAll("[name]")) {
       const unit = input.dataset.unit;
-      if (input.value !== "") given[input.name] = unit ? `${input.value} ${unit}` : input.value;
+      if (input.value === "") return this.refuse(input); // empty, or no number
+      given[input.name] = unit ? `${input.value} ${unit}` : input.value;
     }
     for (const input of this.common.querySelectorAll("input")) {
       if (input.value.trim()) given[input.name] = input.value.trim();
     }
     await this.attempt({ do: "fault", ...given });
+  }
+
+  refuse(input) {
+    const { name, usual, unit } = input.dataset;
+    this.trouble.textContent = `${name}: write a number, such as ${usual}${unit ? ` ${unit}` : ""}. Nothing was injected.`;
+    input.setAttribute("aria-invalid", "true");
+    input.focus();
   }
 
   end(number) {
@@ -105,6 +113,9 @@ function field({ name, meaning, unit, low, high, choices, default: usual }) {
   }
   const bounds = `${low ?? "−∞"} … ${high ?? "∞"} ${unit}`;
   return [label, make("span", { class: "amount" },
-    make("input", { id: `p-${name}`, name, type: "number", step: "any", value: usual, "data-unit": unit, title: meaning }),
+    make("input", {
+      id: `p-${name}`, name, type: "number", step: "any", value: usual, title: meaning, "data-unit": unit,
+      "data-name": name, "data-usual": usual, oninput: ({ target }) => target.removeAttribute("aria-invalid"),
+    }),
     unit, make("span", { class: "note" }, bounds))];
 }

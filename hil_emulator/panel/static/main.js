@@ -92,9 +92,9 @@ function afterwards(hello) {
 function tabs(hello) {
   const found = {};
   for (const [name, View] of Object.entries(TABS[hello.mode])) {
-    const host = make("div", { hidden: true });
+    const host = make("div", { hidden: true, role: "tabpanel", id: `panel-${name}`, "aria-labelledby": `tab-${name}` });
     const button = make("button", {
-      type: "button", role: "tab", id: `tab-${name}`, "aria-selected": "false", onclick: () => open(name),
+      type: "button", role: "tab", id: `tab-${name}`, "aria-controls": `panel-${name}`, "aria-selected": "false", onclick: () => open(name),
       onkeydown: (event) => step(name, event.key),
     }, name);
     byId("tab").append(host);
@@ -114,12 +114,12 @@ function open(name) {
   stream.tell({ do: "watch", ...(views[name].view.watching?.() ?? { what: "" }) });
 }
 
-// Left and right go through the tabs, as everywhere.
+// Left and right go through the tabs, Home and End to the first and the last, as everywhere.
 function step(name, key) {
-  const names = Object.keys(views);
-  const by = { ArrowRight: 1, ArrowLeft: -1 }[key];
-  if (!by) return;
-  const next = names[(names.indexOf(name) + by + names.length) % names.length];
+  const names = Object.keys(views), at = names.indexOf(name);
+  const to = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: -1 }[key];
+  if (to === undefined) return;
+  const next = names[(to + names.length) % names.length];
   open(next);
   views[next].button.focus();
 }

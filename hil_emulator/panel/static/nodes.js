@@ -1,6 +1,6 @@
 // The nodes: NMT state, last emergency in words, PDOs with live values; NMT and SDO by hand.
 
-import { make, plain } from "./dom.js";
+import { make, overdue, plain } from "./dom.js";
 
 const COMMANDS = ["start", "stop", "pre-operational", "reset", "reset communication"];
 
@@ -8,6 +8,7 @@ export class Nodes {
   constructor(host, hello, stream) {
     this.stream = stream;
     this.can = hello.mode === "live";
+    this.passes = !hello.logs; // time, which it does not in a recording
     this.host = make("div");
     this.cards = new Map();
     host.append(this.host);
@@ -49,13 +50,16 @@ export class Nodes {
   }
 
   fill(body, pdos) {
-    const rows = pdos.flatMap(({ name, id, period, fields }) => fields.map((field, i) => [
-      i ? "" : `${name} ${id}${period ? ` ${plain(period * 1e3)} ms` : ""}`, field.name, `${plain(field.value)} ${field.unit}`,
-    ]));
+    const rows = pdos.flatMap((pdo) => {
+      const late = this.passes ? overdue(pdo) : "";
+      const pace = late || (pdo.period ? `${plain(pdo.period * 1e3)} ms` : "");
+      return pdo.fields.map((field, i) => [i ? "" : `${pdo.name} ${pdo.id} ${pace}`, field.name, `${plain(field.value)} ${field.unit}`, late]);
+    });
     while (body.rows.length > rows.length) body.lastChild.remove();
     rows.forEach((cells, i) => {
       const row = body.rows[i] ?? body.insertRow();
-      cells.forEach((text, j) => {
+      row.className = cells[3] ? "stale" : "";
+      cells.slice(0, 3).forEach((text, j) => {
         const cell = row.cells[j] ?? row.insertCell();
         if (j === 2) cell.className = "number";
         if (cell.textContent !== text) cell.textContent = text;

@@ -9,8 +9,8 @@ const USUAL = [
   "position", "model.position", "load_force", "model.load_force", "pressure_a", "pressure_b",
   "supply_pressure", "valve_current", "model.spool_position",
 ];
-const HEIGHT = 126, HIGHEST = 320, ALL = 4 * HEIGHT; // of a strip, and of all where there are few
-const BELOW = 22;
+const HEIGHT = 126, HIGHEST = 480; // of a strip
+const BELOW = 22, LEGEND = 36, END = 70; // time axis, above each strip, below all of them
 const MOST_PIXELS = 4096; // as protocol/page.py has it
 
 export class Strips {
@@ -71,9 +71,15 @@ export class Strips {
     this.buckets = new Buckets(this.names);
     this.scales = this.names.map((name) => this.known.get(name).scale);
     const units = [...new Set(this.names.map((name) => this.known.get(name).unit))];
-    this.height = Math.max(HEIGHT, Math.min(HIGHEST, Math.round(ALL / units.length)));
+    this.height = this.fitting(units.length);
     this.charts = units.map((unit, place) => this.strip(unit, place === units.length - 1));
     this.window ? this.ask() : this.live();
+  }
+
+  // The height of each strip with which all of them fill the window, where that is high enough.
+  fitting(count) {
+    const free = innerHeight - byId("charts").offsetTop - BELOW - END;
+    return Math.max(HEIGHT, Math.min(HIGHEST, Math.floor(free / count) - LEGEND));
   }
 
   strip(unit, last) {
@@ -91,6 +97,8 @@ export class Strips {
       return output;
     });
     const body = make("div");
+    body.setAttribute("role", "img");
+    body.setAttribute("aria-label", `${names.join(", ")} over time, in ${unit || "1"}`);
     byId("charts").append(make("div", { class: "strip", "data-unit": unit }, legend, body));
     const chart = { unit, names, outputs, body, places: 2, at: names.map((name) => this.names.indexOf(name)) };
     chart.plot = new uPlot(this.options(chart, last), [[], ...names.map(() => [])], body);
@@ -105,7 +113,7 @@ export class Strips {
     return {
       width: Math.max(200, chart.body.clientWidth), height: this.height + (last ? BELOW : 0),
       legend: { show: false }, scales: {
-        x: { time: false, auto: false }, y: { range: (_, low, high) => padded(low, high, this.still ? undefined : LEAST[chart.unit]) },
+        x: { time: false, auto: false }, y: { range: (_, low, high) => padded(low, high, (LEAST[chart.unit] ?? 1e-3) / (this.still ? 20 : 1)) },
       },
       cursor: {
         sync: { key: "strips" }, drag: { x: true, y: false, setScale: false }, points: { size: 5 },
@@ -117,7 +125,7 @@ export class Strips {
       }))],
       axes: [
         { ...axis, show: true, size: last ? 34 : 12, values: last ? (_, ticks) => ticks.map((t) => `${+t.toFixed(3)} s`) : () => [] },
-        { ...axis, size: 56, space: 24 },
+        { ...axis, size: 56, space: 24, values: (_, ticks) => labels(ticks) },
       ],
       hooks: {
         setSelect: [(plot) => this.selected(plot)],
@@ -215,6 +223,7 @@ export class Strips {
   }
 
   resize() {
+    this.height = this.fitting(this.charts.length);
     for (const [i, chart] of this.charts.entries()) {
       const height = this.height + (i === this.charts.length - 1 ? BELOW : 0);
       chart.plot.setSize({ width: Math.max(200, chart.body.clientWidth), height });
@@ -254,7 +263,7 @@ export class Strips {
   read(chart) {
     const { plot } = chart;
     const count = plot.data[0].length;
-    const at = plot.cursor.idx ?? count - 1;
+    const at = plot.cursor.idx ?? (this.still ? 0 : count - 1); // the actuator shows the same time
     const { min, max } = plot.scales.y;
     chart.places = placesFor((max - min) / 5);
     chart.outputs.forEach((output, i) => {
@@ -375,7 +384,15 @@ export class Strips {
 
 const dashed = (name) => name.startsWith("model.") || name.endsWith(".configured");
 
-function padded(low, high, least = 1e-6) {
+// Writes ticks with all their places, 2.5 and 0.025 with one more, and no minus before a zero.
+function labels(ticks) {
+  const step = ticks.length > 1 ? Math.abs(ticks[1] - ticks[0]) : 1;
+  let places = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
+  if (Math.abs(step * 10 ** places - Math.round(step * 10 ** places)) > 0.01) places += 1;
+  return ticks.map((tick) => digits(Math.abs(tick) < step / 1e3 ? 0 : tick, Math.min(places, 9)));
+}
+
+function padded(low, high, least) {
   if (low == null || !Number.isFinite(low) || !Number.isFinite(high)) return [0, least];
   const middle = (low + high) / 2, half = Math.max((high - low) * 0.56, least / 2);
   return [middle - half, middle + half];

@@ -84,7 +84,7 @@ class Regressor:
 
     Attributes:
         name: in words.
-        unit: SI unit; "" where people have no other for it.
+        unit: SI unit.
         arguments: names of a law's arguments by which it depends on this.
         along: computes it.
 
@@ -107,7 +107,7 @@ REGRESSORS = {r.name: r for r in (
         "valve current", "A", "set_point current opening travel", lambda t: t["valve_current"]
     ),
     _regressor(
-        "rate of the current", "", "set_point current deviation spool_speed",
+        "rate of the current", "A/s", "set_point current deviation spool_speed",
         lambda t: t.rate("valve_current"),
     ),
     _regressor("time", "s", "", lambda t: t.time),
@@ -115,20 +115,22 @@ REGRESSORS = {r.name: r for r in (
                lambda t: t["spool_position"]),
     _regressor("pressure a", "Pa", "pressure", lambda t: t["pressure_a"]),
     _regressor("pressure b", "Pa", "pressure", lambda t: t["pressure_b"]),
-    _regressor("rate of pressure a", "", "", lambda t: t.latest_rate("pressure_a")),
-    _regressor("rate of pressure b", "", "", lambda t: t.latest_rate("pressure_b")),
-    _regressor("second derivative of pressure a", "", "", lambda t: t.latest_rate("pressure_a", 2)),
-    _regressor("second derivative of pressure b", "", "", lambda t: t.latest_rate("pressure_b", 2)),
+    _regressor("rate of pressure a", "Pa/s", "", lambda t: t.latest_rate("pressure_a")),
+    _regressor("rate of pressure b", "Pa/s", "", lambda t: t.latest_rate("pressure_b")),
+    _regressor("second derivative of pressure a", "Pa/s^2", "",
+               lambda t: t.latest_rate("pressure_a", 2)),
+    _regressor("second derivative of pressure b", "Pa/s^2", "",
+               lambda t: t.latest_rate("pressure_b", 2)),
     _regressor("position", "m", "position", lambda t: t["position"]),
     _regressor("measured pressure a", "Pa", "reading", lambda t: t.read("pressure_a")),
     _regressor("measured pressure b", "Pa", "reading", lambda t: t.read("pressure_b")),
     _regressor("measured position", "m", "reading", lambda t: t.read("position")),
     _regressor("measured force", "N", "reading", lambda t: t.read("load_force")),
     _regressor("pressure difference", "Pa", "pressure_a", lambda t: t.drop),
-    _regressor("position times pressure difference", "", "pressure_a",
+    _regressor("position times pressure difference", "Pa*m", "pressure_a",
                lambda t: t["position"] * t.drop),
     _regressor("velocity", "m/s", "velocity", lambda t: t["velocity"]),
-    _regressor("acceleration", "", "", lambda t: t.rate("velocity")),
+    _regressor("acceleration", "m/s^2", "", lambda t: t.rate("velocity")),
     _regressor("friction", "N", "", lambda t: t["friction_force"]),
     _regressor("position with the sign of velocity", "m", "position",
                lambda t: t["position"] * t.direction),
@@ -136,9 +138,9 @@ REGRESSORS = {r.name: r for r in (
                lambda t: np.abs(t.drop) * t.direction),
     _regressor("pressure sum with the sign of velocity", "Pa", "pressure_a",
                lambda t: t.total * t.direction),
-    _regressor("pressure sum", "", "", lambda t: t.total),
+    _regressor("pressure sum", "Pa", "", lambda t: t.total),
     _regressor("supply flow", "m^3/s", "flow", lambda t: t["supply_flow"]),
-    _regressor("return flow", "", "flow", lambda t: t["tank_flow"]),
+    _regressor("return flow", "m^3/s", "flow", lambda t: t["tank_flow"]),
 )}  # fmt: skip
 """Everything a term may depend on, by name."""
 

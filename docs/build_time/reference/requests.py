@@ -1,15 +1,15 @@
-"""The page of every request, and the JSON Schema of all of them, made of their declarations."""
+"""`requests.md`: every request of control port and panel, and the JSON Schema of all of them."""
 
 import json
 import re
 import struct
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Any
 
 from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
+from build_time.reference.markdown import page, table, text
 from hil_emulator.protocol.base import Request
 from hil_emulator.protocol.offered import OF_OPERATOR, OF_PAGE, OF_RIG, TO_LOOP, Requests
 from hil_emulator.protocol.stream import HEAD, HEAD_FIELDS, offset
@@ -47,25 +47,22 @@ def schema() -> dict[str, Any]:
     }
 
 
-def page(table: Any) -> str:
-    """Return the page.
-
-    Args:
-        table: makes a table in Markdown.
-
-    """
+def write() -> str:
+    """Return the page."""
     defs = schema()["$defs"]
-    parts = [f"# Every request\n\nAs JSON Schema: [{SCHEMA}]({SCHEMA}). Transport, limits and the "
-             "order of messages: [](../reference/protocol.md)."]  # fmt: skip
+    parts = [
+        f"Every request as JSON Schema: [{SCHEMA}]({SCHEMA}). Transport, limits and the order of "
+        "messages: [protocol](protocol.md)."
+    ]
     for title, verbs in GROUPS.items():
         parts.append(f"## {title}")
         for verb in verbs:
             parts.append(f"### {verb.verb()}\n\n{verb.__doc__}")
             routes = [f"`{method} {path}`" for (method, path), v in ROUTES.items() if v is verb]
             parts += [f"HTTP: {', '.join(routes)}."] if routes else []
-            parts += _fields(table, "argument", verb, defs)
+            parts += _fields("argument", verb, defs)
             parts.append(f"Answer: {verb.answer.__doc__}")
-            parts += _fields(table, "field", verb.answer, defs)
+            parts += _fields("field", verb.answer, defs)
     shared = ("FaultStatus", "NodeStatus", "BusStatus", "TimingStatus", "Reading", "FrameToSend")
     parts.append("## Parts of them")
     for name in shared:
@@ -75,7 +72,7 @@ def page(table: Any) -> str:
         f"## Head of a binary message\n\nLittle-endian, {HEAD.size} bytes.\n\n"
         + table(("offset", "field", "type", "meaning"), _layout())
     )
-    return "\n\n".join(parts) + "\n"
+    return page("Requests", *parts)
 
 
 def _layout() -> Iterable[tuple[object, ...]]:
@@ -84,7 +81,7 @@ def _layout() -> Iterable[tuple[object, ...]]:
         yield offset(field.name), f"`{field.name}`", _TYPES[field.code], field.meaning
 
 
-def _fields(table: Any, title: str, model: type[BaseModel], defs: dict[str, Any]) -> list[str]:
+def _fields(title: str, model: type[BaseModel], defs: dict[str, Any]) -> list[str]:
     hidden = ("do", "id") if issubclass(model, Request) else ()
     rows = list(_rows(defs[model.__name__], hidden))
     return [table((title, "type", "meaning"), rows)] if rows else []
@@ -95,7 +92,7 @@ def _rows(model: dict[str, Any], hidden: tuple[str, ...]) -> Iterable[tuple[str,
     for name, field in model.get("properties", {}).items():
         if name not in hidden:
             optional = "" if name in required or "default" not in field else " (optional)"
-            yield f"`{name}`{optional}", _type(field), field.get("description", "")
+            yield f"`{name}`{optional}", _type(field), text(field.get("description", ""))
     more = model.get("additionalProperties")
     if isinstance(more, dict):
         yield "further fields", _type(more), "options of the fault, or settings, by name"
@@ -123,7 +120,6 @@ def _plain(limit: object) -> str:
     return re.sub(r"\s", " ", f"{limit:.12g}" if isinstance(limit, float) else str(limit))
 
 
-def write(folder: Path, table: Any) -> None:
-    """Write the page, and the JSON Schema."""
-    (folder / "requests.md").write_text(page(table))
-    (folder / SCHEMA).write_text(json.dumps(schema(), indent=1) + "\n")
+def schema_text() -> str:
+    """Return the JSON Schema as text."""
+    return json.dumps(schema(), indent=1) + "\n"
