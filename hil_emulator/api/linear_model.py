@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hil_emulator.api.picture import Picture
-from hil_emulator.config.assumed import moved_defaults, rests_on
+from hil_emulator.config.assumed import moved_defaults
 from hil_emulator.config.load import Configuration
 from hil_emulator.errors import UserError
 from hil_emulator.model import linear as s1
@@ -18,6 +18,7 @@ from hil_emulator.model.constants import S1
 from hil_emulator.model.equilibrium import NoEquilibriumError
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.linearise import Linearisation, rest, steady_motion
+from hil_emulator.model.rests_on import rests_on
 from hil_emulator.model.smoothed import JUMP, OVERLAP, at_the_edge, left_out, sliding
 from hil_emulator.pages import drawing
 from hil_emulator.pages.palette import BLUE, GREEN, VERMILION

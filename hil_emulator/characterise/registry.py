@@ -3,12 +3,14 @@
 Each file of the folder `procedures` declares one: the folder is the list.
 """
 
+import contextlib
 import dataclasses
 import functools
 import importlib
 import pkgutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 from hil_emulator.characterise import procedures
 from hil_emulator.characterise.page import page
@@ -19,6 +21,7 @@ from hil_emulator.characterise.stand import Bench
 from hil_emulator.characterise.writing import outputs, write_result
 from hil_emulator.errors import UserError
 from hil_emulator.model.equilibrium import NoEquilibriumError
+from hil_emulator.model.rests_on import rests_on
 from hil_emulator.platform.output_files import new_files, refuse_existing
 
 LONGEST_STEP = 2e-5
@@ -54,6 +57,7 @@ def chosen(names: Sequence[str]) -> tuple[Procedure, ...]:
 def characterise(
     names: Sequence[str], bench: Bench, out: Path,
     progress: Callable[[str], None] = lambda text: None, *, overwrite: bool = False,
+    moved: Mapping[str, float] = MappingProxyType({}),
 ) -> list[BenchResult]:  # fmt: skip
     """Perform bench tests on an emulated actuator and write what they find.
 
@@ -66,6 +70,8 @@ def characterise(
         bench: the actuator; its integration step at most `LONGEST_STEP`.
         out: folder to write into; made where it is missing.
         progress: told one line before each test.
+        moved: defaults of the bench, each moved by its spread, by field; numbers that rest on one
+            are marked.
         overwrite: whether files of earlier results are replaced.
 
     Raises:
@@ -80,20 +86,24 @@ def characterise(
     refuse_existing([index, *every], overwrite=overwrite)
     with new_files(overwrite=overwrite) as staged:
         file = staged(index)
-        results = _performed(tests, bench, file.parent, progress)
+        results = _performed(tests, bench, file.parent, progress, moved)
         file.write_text(page(results, file.parent), encoding="utf-8")
     return results
 
 
 def _performed(
-    tests: Sequence[Procedure], bench: Bench, folder: Path, progress: Callable[[str], None]
+    tests: Sequence[Procedure],
+    bench: Bench,
+    folder: Path,
+    progress: Callable[[str], None],
+    moved: Mapping[str, float],
 ) -> list[BenchResult]:
     """Perform tests and write their results into a folder, without those that cannot begin."""
     results, left_out = [], []
     for i, test in enumerate(tests, start=1):
         progress(f"{i}/{len(tests)}  {test.title}")
         try:
-            result = _fair(test.run(bench), bench)
+            result = _marked(_fair(test.run(bench), bench), bench, moved)
         except NoEquilibriumError as error:
             left_out.append(f"{test.name}: {error}")
             progress(f"     left out: {error}")
@@ -103,6 +113,22 @@ def _performed(
     if not results:
         raise UserError(f"no bench test could be performed: {'; '.join(left_out)}")
     return results
+
+
+def _marked(result: BenchResult, bench: Bench, moved: Mapping[str, float]) -> BenchResult:
+    """Return a result whose expected numbers name the defaults that they rest on."""
+    if result.again is None:
+        return result
+    others = {}
+    for field, value in moved.items():
+        other = dataclasses.replace(bench, values={**bench.values, field: value})
+        with contextlib.suppress(NoEquilibriumError, ValueError):
+            others[field] = {c.quantity: c.expected for c in result.again(other)}
+    fields = rests_on({c.quantity: c.expected for c in result.comparisons}, others)
+    marked = [
+        dataclasses.replace(c, rests_on=fields.get(c.quantity, ())) for c in result.comparisons
+    ]
+    return dataclasses.replace(result, comparisons=marked)
 
 
 def _fair(result: BenchResult, bench: Bench) -> BenchResult:

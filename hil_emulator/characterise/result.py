@@ -1,9 +1,10 @@
 """What a bench test finds: a table, and how it compares with what it should reproduce."""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -71,6 +72,7 @@ class Comparison:
         measured: what the test found.
         tolerance: largest relative difference that counts as agreement.
         kind: what agreement says.
+        rests_on: defaults one spread of which moves the expected number by more than 10 %.
 
     """
 
@@ -81,6 +83,7 @@ class Comparison:
     measured: float
     tolerance: float
     kind: Agreement
+    rests_on: tuple[str, ...] = ()
 
     @property
     def difference(self) -> float:
@@ -120,6 +123,8 @@ class BenchResult:
         columns: the table, by column name; all of the same length.
         comparisons: what the summary shows.
         notes: what a reader of the numbers has to know.
+        again: returns the comparisons for the same bench with another parameter, of the same
+            measurement; None where no expected number depends on a default.
         inapplicable: quantities that this machine does not have, each with the reason.
         figures: those of the documents that the picture shows too; of another machine than the
             documents' none, and the picture then draws nothing of them.
@@ -133,6 +138,7 @@ class BenchResult:
     comparisons: Sequence[Comparison]
     notes: Sequence[str] = field(default=())
     inapplicable: Sequence[str] = field(default=())
+    again: Callable[[Any], Sequence[Comparison]] | None = None
     figures: Sequence[DocumentFigure] = field(default=())
 
     def __getitem__(self, name: str) -> Series:

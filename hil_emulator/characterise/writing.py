@@ -44,6 +44,7 @@ def as_json(result: BenchResult) -> dict[str, object]:
                 "tolerance": c.tolerance,
                 "agrees": c.agrees,
                 "kind": c.kind.value,
+                "rests_on_assumed": list(c.rests_on),
             }
             for c in result.comparisons
         ],

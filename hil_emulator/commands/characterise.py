@@ -10,13 +10,15 @@ from hil_emulator.characterise.result import Comparison, grouped
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.commands.text_table import text_table
 from hil_emulator.commands.waiting import waiting
+from hil_emulator.config.assumed import moved_defaults
 from hil_emulator.config.load import Configuration, load_whole
 from hil_emulator.model.constants import S1, S2
 from hil_emulator.model.declare import Effect, is_on
 from hil_emulator.model.kernel import build
 from hil_emulator.platform.paths import cache_folder, near
 
-_HEADER = ("test", "quantity", "unit", "expected", "emulator", "difference", "verdict")
+_HEADER = ("test", "quantity", "unit", "expected", "emulator", "difference", "verdict",
+           "rests on an assumed")  # fmt: skip
 
 
 def run(
@@ -36,7 +38,9 @@ def run(
             build(config.effects, cache_folder()), config.plant, config.sensors,
             config.seed if seed is None else seed, min(config.step, LONGEST_STEP),
         )  # fmt: skip
-        results = characterise([test], bench, out, progress.say, overwrite=overwrite)
+        results = characterise(
+            [test], bench, out, progress.say, overwrite=overwrite, moved=moved_defaults(config)
+        )
     for group in grouped(results):
         click.echo(f"{group.summary}\n{text_table(_HEADER, map(_row, group.rows))}\n")
     driven = [e.name for e in config.effects if e.stage.table == "driver" and _acts(e, config)]
@@ -63,4 +67,5 @@ def _row(row: tuple[str, Comparison]) -> tuple[str, ...]:
         f"{c.measured:.5g}",
         f"{c.difference:+.2%}",
         "agrees" if c.agrees else "DIFFERS",
+        ", ".join(c.rests_on),
     )

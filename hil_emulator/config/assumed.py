@@ -1,15 +1,11 @@
 """Values that no file states: the model takes a default, from which machines lie a spread away."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from hil_emulator.config.configuration import Configuration
 from hil_emulator.model.actuator import PARAMS
 from hil_emulator.model.declare import Param, is_on
-
-NOTICEABLE = 0.1
-"""Relative change of a number by one spread of a default, above which it rests on that default
-(assumed)."""
 
 
 def moved_defaults(config: Configuration) -> dict[str, float]:
@@ -38,26 +34,3 @@ def _moved(value: float, param: Param) -> float:
     size = param.spread.size
     moved = value * math.exp(size) if param.spread.logarithmic else value + size
     return min(max(moved, param.low), param.high)
-
-
-def rests_on(
-    numbers: Mapping[str, float], others: Mapping[str, Mapping[str, float]]
-) -> dict[str, tuple[str, ...]]:
-    """Return the defaults that each number rests on; numbers that rest on no default are left out.
-
-    Args:
-        numbers: by name.
-        others: the same with one default moved, by its field.
-
-    """
-    marks = {
-        name: tuple(f for f, again in others.items() if _differs(value, again.get(name, value)))
-        for name, value in numbers.items()
-    }
-    return {name: fields for name, fields in marks.items() if fields}
-
-
-def _differs(value: float, other: float) -> bool:
-    if not (math.isfinite(value) and math.isfinite(other)):
-        return False
-    return abs(other - value) > NOTICEABLE * abs(value)

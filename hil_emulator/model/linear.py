@@ -56,6 +56,8 @@ class LinearisedMachine:
     natural_frequency: float
     """Natural frequency of the spool [rad/s]."""
     damping_ratio: float
+    edge_gains: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    """Gains of the edges s-a, a-t, s-b and b-t over the valve's; S1 has equal ones."""
 
     @classmethod
     def of(cls, values: Mapping[str, float]) -> "LinearisedMachine":
@@ -82,6 +84,7 @@ class LinearisedMachine:
             load_friction=values_by_name.get("load_viscous_friction_coefficient", 0.0),
             natural_frequency=2.0 * math.pi * values_by_name["valve_natural_frequency"],
             damping_ratio=values_by_name["valve_damping_ratio"],
+            edge_gains=_edge_gains(values_by_name),
         )
 
     @property
@@ -96,6 +99,15 @@ class LinearisedMachine:
             self.dead_volume_a + self.area * position,
             self.dead_volume_b + self.ratio * self.area * (self.stroke - position),
         )
+
+
+def _edge_gains(values: Mapping[str, float]) -> tuple[float, float, float, float]:
+    side = values.get("gain_asymmetry_asymmetry", 0.0)
+    sa, at, sb, bt = (
+        (1.0 + values.get(f"gain_{edge}_excess", 0.0)) * (1.0 + sense * side)
+        for edge, sense in (("sa", 1.0), ("at", -1.0), ("sb", -1.0), ("bt", 1.0))
+    )
+    return sa, at, sb, bt
 
 
 @dataclass(frozen=True)
@@ -163,14 +175,15 @@ def valve_coefficients(machine: LinearisedMachine, point: OperatingPoint) -> Val
     if min(drops) <= 0.0:
         raise ValueError("the linear model needs both pressures between tank and supply pressure")
     root_sa, root_at, root_sb, root_bt = (math.sqrt(drop) for drop in drops)
+    sa, at, sb, bt = machine.edge_gains
     opens, closes = max(0.0, u_0 + u), max(0.0, u_0 - u)
     extends = float(u > -u_0 or u == 0.0)
     retracts = float(u < u_0)
     return ValveCoefficients(
-        k_qa=gain * (extends * root_sa + retracts * root_at),
-        k_qb=gain * (extends * root_bt + retracts * root_sb),
-        k_ca=0.5 * gain * (opens / root_sa + closes / root_at),
-        k_cb=-0.5 * gain * (opens / root_bt + closes / root_sb),
+        k_qa=gain * (extends * sa * root_sa + retracts * at * root_at),
+        k_qb=gain * (extends * bt * root_bt + retracts * sb * root_sb),
+        k_ca=0.5 * gain * (sa * opens / root_sa + at * closes / root_at),
+        k_cb=-0.5 * gain * (bt * opens / root_bt + sb * closes / root_sb),
     )
 
 

@@ -5,7 +5,7 @@ from hil_emulator.model.declare import SETTING, Param, Quantity, factor, within
 
 PARAMS: dict[str, tuple[Param, ...]] = {
     "supply": (
-        Param("pressure", "Pa", "supply pressure, absolute", 160e5, 1e5, 1000e5, "bar",
+        Param("pressure", "Pa", "supply pressure, absolute", 160e5, 1e5, 700e5, "bar",
               source="public HyQ bench scripts"),
         Param("volume", "m^3", "volume of the pressure line at the pump", 1e-3, 1e-5, 1.0, "l",
               default=1e-3, spread=factor(3.0)),

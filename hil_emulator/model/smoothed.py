@@ -20,9 +20,16 @@ def sliding(values: Mapping[str, float]) -> dict[str, float]:
 def at_the_edge(values: Mapping[str, float]) -> dict[str, float]:
     """Return the parameters of the same valve at the edges of its dead band: lands without overlap.
 
-    A driver that compensates the dead band jumps from one edge to the other.
+    A driver that compensates the dead band jumps from one edge to the other. An edge of another
+    gain g and lap l opens with g (u - l) - z; of u = z + v that is g (v - l - z/g + z).
     """
-    return {**values, OVERLAP: 0.0, JUMP: 0.0}
+    lap = values.get(OVERLAP, 0.0)
+    laps = {
+        f"lap_{edge}_lap": values.get(f"lap_{edge}_lap", 0.0)
+        + lap * (1.0 / (1.0 + values.get(f"gain_{edge}_excess", 0.0)) - 1.0)
+        for edge in ("sa", "at", "sb", "bt")
+    }
+    return {**values, **(laps if lap else {}), OVERLAP: 0.0, JUMP: 0.0}
 
 
 def left_out(values: Mapping[str, float], *, at_rest: bool) -> list[str]:

@@ -151,3 +151,18 @@ def test_the_seed_decides_the_noise(reference: Configuration, cache: Path, tmp_p
     first = table(1)
     assert table(1) == first
     assert table(2) != first
+
+
+def test_a_number_that_rests_on_a_default_names_it(
+    reference: Configuration, cache: Path, tmp_path: Path
+) -> None:
+    """Creeping flow rests on the oil's viscosity, turbulent flow at full opening does not."""
+    bench = at_bench(reference, cache, reference.plant, 1)
+    moved = {"oil_kinematic_viscosity": 2 * reference.plant["oil_kinematic_viscosity"]}
+    (result,) = characterise(["discharge"], bench, tmp_path, moved=moved)
+    marks = {c.quantity: c.rests_on for c in result.comparisons}
+    assert marks["C_d at 2% opening and 0.1 bar"] == ("oil_kinematic_viscosity",)
+    assert marks["turbulent discharge coefficient, full opening, 70 bar"] == ()
+    content = json.loads((tmp_path / "discharge.json").read_text("utf-8"))
+    assert ["oil_kinematic_viscosity"] in [c["rests_on_assumed"] for c in content["comparisons"]]
+    assert "rests on an assumed oil_kinematic" in (tmp_path / "index.html").read_text("utf-8")

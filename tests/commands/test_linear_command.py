@@ -116,3 +116,16 @@ def test_a_number_that_rests_on_a_default_is_marked(tmp_path: Path) -> None:
     file.write_text("[valve]\ncritical_reynolds_number = 14.7\n", encoding="utf-8")
     stated = json.loads(linear("--json", str(file))[1])["rests_on_assumed"]
     assert not any(field in fields for fields in stated.values())
+
+
+def test_a_spool_of_two_to_one_has_half_the_gain_at_port_b(tmp_path: Path) -> None:
+    """At the edges of the dead band, whose edges all open at the same travel."""
+    file = tmp_path / "unlike.toml"
+    unlike = 'gain_sb = "-50 %"\ngain_bt = "-50 %"\nlap_sb = "-20 %"\nlap_bt = "-20 %"\n'
+    file.write_text(f'[valve]\noverlap = "20 %"\n{unlike}', encoding="utf-8")
+    content = json.loads(linear("--json", str(file))[1])
+    # at rest no oil but what leaks passes: much would, were an edge open at null by its lap
+    at, k = content["operating_point"], content["zero_lap"]
+    assert at["supply_flow"] < 1e-6
+    roots = math.sqrt(at["pressure_b"] - 1e5), math.sqrt(160e5 - at["pressure_a"])
+    assert k["k_qb"] / k["k_qa"] == pytest.approx(0.5 * roots[0] / roots[1], rel=1e-3)

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from hil_emulator.config.assumed import moved_defaults, rests_on
+from hil_emulator.config.assumed import moved_defaults
 from hil_emulator.config.load import load
+from hil_emulator.model.rests_on import rests_on
 from hil_emulator.platform.paths import shipped
 
 REFERENCE = shipped("configs/hyq_knee.toml")

@@ -134,7 +134,7 @@ def test_ordinary_parameters_deviate_within_their_tolerance() -> None:
         ("offset", "small", "did you mean load_force.offset or position.offset"),
         ("coulomb_friction", "small", "cannot be hidden"),
         ("gravity", "3 bar", "take small, medium or large, or a"),
-        ("gravity", "1e8 N", "is outside .* ... 1e"),
+        ("gravity", "1e9 N", "is outside .* ... 1e"),
     ],
 )
 def test_what_cannot_be_hidden_is_refused(name: str, size: str, message: str) -> None:

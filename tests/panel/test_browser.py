@@ -188,7 +188,7 @@ def test_a_set_point_out_of_bounds_is_refused_in_words(page: webdriver.Chrome) -
     field = until(lambda: shown(page, "[name=supply_pressure]"))[0]
     field.clear()
     field.send_keys("900\n")
-    words = "supply_pressure: 900 bar is outside 1 bar ... 400 bar"
+    words = "supply_pressure: 900 bar is outside 1 bar ... 700 bar"
     refused = "[data-setting=supply_pressure] [role=alert]"
     until(lambda: [e for e in shown(page, refused) if e.text == words])
 

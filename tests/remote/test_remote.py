@@ -141,7 +141,7 @@ DEEP = "[" * 981 + "]" * 981
         ("PUT", "/settings", '{"supply_pressure": "inf bar"}'),
         ("PUT", "/settings", '{"supply_pressure": "1e308 bar"}'),
         ("PUT", "/settings", '{"supply_pressure": "9**9**8 bar"}'),
-        ("PUT", "/settings", '{"external_force": "-1e7 N"}'),
+        ("PUT", "/settings", '{"external_force": "-1e9 N"}'),
         ("PUT", "/settings", '{"supply_pressure": 1e999}'),
         ("PUT", "/settings", '{"supply_pressure": NaN}'),
         ("PUT", "/settings", SUPPLY % ("9" * 4000)),

@@ -141,6 +141,7 @@ def run(bench: Bench) -> BenchResult:
             "damping ratio, formula": column("%", expected[1] * 1e2),
         },
         comparisons=_comparisons(position, (hertz, ratio), expected),
+        again=lambda other: _comparisons(position, (hertz, ratio), _formulas(other, heard)),
     )
 
 

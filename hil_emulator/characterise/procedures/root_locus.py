@@ -118,6 +118,7 @@ def run(bench: Bench) -> BenchResult:
         ),
         columns=columns,
         comparisons=comparisons,
+        again=lambda other: run(other).comparisons,
         figures=[
             DocumentFigure(
                 "S1 Fig. 3.14", "zeros of f and f_h at about -10 and -30 rad/s, without gains",
