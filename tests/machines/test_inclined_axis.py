@@ -18,6 +18,7 @@ from hil_emulator.platform.packaged import packaged
 
 PAGE = "tutorial/inclined_axis.md"
 FILE = packaged()["inclined_axis"]
+SCENARIO = packaged()["wire_break_on_a_slope"]
 
 
 @pytest.fixture(scope="module")
@@ -78,6 +79,39 @@ def test_the_module_shows_the_plant_in_its_own_scales(page: Any) -> None:
         assert force == pytest.approx(signals.load_force / 10.0, abs=15)
         assert spool == pytest.approx(1e4 * signals.spool_position / 1.6, abs=2)
         assert unwired == [0, 0]
+
+
+def test_the_controller_passes_the_scenario_of_a_broken_wire(
+    page: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All expectations of the packaged scenario, played as the page plays it."""
+    monkeypatch.chdir(SCENARIO.parent)
+    names = {**page.names}
+    exec(block(PAGE, "run", "def connect"), names)
+    assert [c.text for c in names["outcome"].checks if not c.passed] == []
+    assert len(names["outcome"].checks) == 7
+    (module,) = [c for c in names["outcome"].checks if "0x6401:1" in c.text]
+    assert "-100 bar ... -10 bar" in module.text  # 0 and 3600 digits of 1 uA, 4 mA are 0 bar
+    assert module.observed == "-100 bar ... -100 bar"
+
+
+def test_a_controller_that_does_not_look_at_the_current_fails_it(page: Any) -> None:
+    """It goes on with the enable, and the scenario fails."""
+
+    class Blind(page.PositionController):
+        def answer(self, position: float) -> None:
+            self.tripped = False
+            super().answer(position)
+
+    def connect(rig: Any) -> Callable[[], None]:
+        bus = can.Bus(**rig.bus)
+        rig.every_tick(Blind(bus, 150.0).step)
+        return bus.shutdown
+
+    (outcome,) = hil.play(SCENARIO, connect)
+    missed = [check.text for check in outcome.checks if not check.passed]
+    assert len(missed) >= 2
+    assert any("RPDO1" in text for text in missed)
 
 
 def test_a_broken_wire_ends_the_motion(page: Any) -> None:
