@@ -59,6 +59,7 @@ _FACTORS = {
     "m/s": {"mm/s": 1e-3, "m/s": 1.0},
     "A": {"uA": 1e-6, "mA": 1e-3, "A": 1.0},
     "A/s": {"A/s": 1.0},
+    "V": {"mV": 1e-3, "V": 1.0},
     "N": {"N": 1.0, "kN": 1e3, "MN": 1e6, "lbf": 4.4482216152605},
     "N/m": {"N/m": 1.0, "N/mm": 1e3},
     "N*s/m": {"N*s/m": 1.0},
@@ -264,8 +265,36 @@ def display(unit: str, shown: str) -> tuple[float, float]:
     return at_one - at_zero, at_zero
 
 
+def multiple(text: object, unit: str) -> tuple[float, float]:
+    """Return (factor, offset): n digits of `text` are factor n + offset of SI `unit`.
+
+    Args:
+        text: what one digit is, such as "0.1 mbar", "bar" or "0.1 bar(g)"; the offset is that of
+            gauge pressures.
+        unit: SI unit of the result.
+
+    Raises:
+        ValueError: it is no quantity of this dimension, or 0.
+
+    """
+    written = _with_number(text)
+    above = _WITH_REFERENCE.fullmatch(written) if isinstance(written, str) else None
+    offset = _absolute(above[2])[1] if above and unit == "Pa" else 0.0
+    factor = to_si(written, unit, f"1 {unit}") - offset
+    if not factor or math.isinf(factor):
+        raise ValueError("unit is what one digit stands for: a finite quantity, not 0")
+    return factor, offset
+
+
+def _with_number(text: object) -> object:
+    """Return a unit alone, such as "bar", as one of it; anything else as it is."""
+    if isinstance(text, str) and text.strip() and not re.match(_NUMBER, text):
+        return f"1 {text.strip()}"
+    return text
+
+
 def count(text: object, one: str) -> float:
-    """Return how many of `one`, such as "0.1 °C", a quantity such as "20 °C" is.
+    """Return how many of `one`, such as "0.1 °C" or "bar", a quantity such as "20 °C" is.
 
     Raises:
         ValueError: one of them is no quantity, they are of different dimensions, or `one` is 0.
@@ -274,7 +303,12 @@ def count(text: object, one: str) -> float:
     if not isinstance(text, str):
         raise ValueError(f"{brief(text)} has no unit; write it as text with a unit like {one}")
     try:
-        digit, quantity = _read(one), _read(text)
+        whole = str(_with_number(one))
+        (number, unit), (size, digit_unit) = _parts(text), _parts(whole)
+        for factors in _FACTORS.values():
+            if unit and unit in factors and digit_unit in factors:
+                return number * factors[unit] / (size * factors[digit_unit])
+        digit, quantity = _read(whole), _read(text)
         return float(quantity.to(digit.units).magnitude / digit.magnitude)
     except Exception:  # pint answers an unknown unit with many kinds of exception
         written = f'"{brief(text)}"'

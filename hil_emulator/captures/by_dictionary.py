@@ -107,7 +107,7 @@ def _carrier(dictionary: Dictionary, pdo: PdoParameters) -> Carrier:
 def _safe(dictionary: Dictionary) -> float | None:
     """Return what a device does without a valid set point, if its dictionary says so."""
     entry = dictionary.named(SET_POINT + SAFE_SUFFIX)
-    return None if entry is None or not entry.unit else entry.value * entry.factor
+    return None if entry is None or not entry.unit else entry.physical(entry.value)
 
 
 def _meaning(dictionary: Dictionary, entry: Entry) -> tuple[str, float, str]:

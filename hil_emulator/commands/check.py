@@ -16,6 +16,7 @@ from hil_emulator.config.object_map import COMMAND_UNITS
 from hil_emulator.device.collisions import collisions
 from hil_emulator.device.dictionary import UNCONFIGURED
 from hil_emulator.device.eds.report import lines
+from hil_emulator.device.layout import Binding
 from hil_emulator.device.node import Node
 from hil_emulator.errors import UserError
 from hil_emulator.model.quantities import PARAMS
@@ -180,10 +181,16 @@ def _messages(partner: Partner) -> str:
 
 def _bindings(node: Node) -> str:
     rows = [
-        (f"{b.index:04X}:{b.subindex:02X}", b.name, b.type, f"{b.factor:g} {b.unit}", b.bound_to)
+        (f"{b.index:04X}:{b.subindex:02X}", b.name, b.type, _one_count(b), b.bound_to)
         for b in node.bindings()
     ]
     return text_table(("object", "name", "type", "one count", "bound to"), rows)
+
+
+def _one_count(binding: Binding) -> str:
+    """Return what one count stands for, and what count 0 does where that is not 0."""
+    zero = f", 0 is {binding.offset:g} {binding.unit}" if binding.offset else ""
+    return f"{binding.factor:g} {binding.unit}{zero}"
 
 
 def _pdo_map(node: Node) -> str:

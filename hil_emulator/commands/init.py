@@ -31,6 +31,7 @@ from hil_emulator.platform.output_files import refuse_existing, write_texts
 from hil_emulator.platform.paths import cache_folder, near, shipped
 from hil_emulator.simulation.active_effects import acting
 from hil_emulator.simulation.assembly import compiled
+from hil_emulator.units import show
 
 SCHEMA = "hil-emulator.schema.json"
 """Name of the JSON Schema next to a configuration."""
@@ -63,7 +64,7 @@ def init(file: Path, given: Mapping[str, str], *, ask: bool, overwrite: bool = F
         refuse_existing([schema], overwrite=overwrite)
     if ask:
         click.echo('Enter accepts the value in brackets. Quantities have units, such as "40 mm".')
-    answers = answered(given, _prompt if ask else _usual)
+    answers = answered(given, _prompt if ask else default_answer)
     usual = shipped("eds/hydraulic_actuator.eds").read_text(encoding="utf-8")
     sheet = electronic_data_sheet(usual, eds.name, answers)
     click.echo("Looking for the integration step (some seconds the first time) ...", err=True)
@@ -71,7 +72,10 @@ def init(file: Path, given: Mapping[str, str], *, ask: bool, overwrite: bool = F
         trial = Path(folder) / file.name
         trial.with_suffix(".eds").write_text(sheet, encoding="utf-8")
         trial.write_text(configuration(answers, eds.name, SCHEMA, STEPS[0]), encoding="utf-8")
-        step = _step(trial)
+        try:
+            step = _step(trial)
+        except UserError as error:  # which names the trial's file
+            raise UserError(str(error).replace(f"{folder}/", "")) from None
     text = configuration(answers, eds.name, SCHEMA, step)
     write_texts({eds: sheet, schema: described, file: text}, overwrite=overwrite)
     click.echo(_summary(answers, file, eds, schema))
@@ -101,7 +105,8 @@ def _prompt(question: Inquiry, answers: Answers) -> Answer:
             click.echo(f"  {error}")
 
 
-def _usual(question: Inquiry, answers: Answers) -> Answer:
+def default_answer(question: Inquiry, answers: Answers) -> Answer:
+    """Return the usual answer to a question, as a user would type it."""
     try:
         return question.read(question.written(question.usual(answers)), answers)
     except ValueError as error:
@@ -130,6 +135,21 @@ def _holds(file: Path, text: str) -> bool:
         return False
 
 
+def _speed(answers: Answers) -> str:
+    """Return the extending speed without load, limited by valve or pump."""
+    by_valve, by_pump = sizing.no_load_speed(answers), sizing.pump_speed(answers)
+    if by_valve <= by_pump:
+        return f"{by_valve:.3g} m/s, extending"
+    pump = show(number(answers, "pump_flow"), "m^3/s", "l/min")
+    once = ", once the accumulator is empty," if "precharge" in answers else ""
+    return (
+        f"{by_pump:.3g} m/s, extending, by the pump of {pump}\n"
+        f"warning           the valve would pass {by_valve:.3g} m/s: at more than "
+        f"{by_pump / by_valve:.2g} of its opening\n"
+        f"                  the supply pressure falls{once}; take a larger pump or a smaller valve"
+    )
+
+
 def _summary(answers: Answers, file: Path, eds: Path, schema: Path) -> str:
     push = number(answers, "supply_pressure") * piston_area(answers)
     hertz = sizing.natural_frequency(answers, BULK_MODULUS)
@@ -138,7 +158,7 @@ def _summary(answers: Answers, file: Path, eds: Path, schema: Path) -> str:
     digits = max(0, 2 - math.floor(math.log10(push * 1e-3)))
     return (
         f"largest push      {push * 1e-3:.{digits}f} kN\n"
-        f"no-load speed     {sizing.no_load_speed(answers):.3g} m/s, extending\n"
+        f"no-load speed     {_speed(answers)}\n"
         f"natural frequency {hertz:.3g} Hz of the mass on its oil, spool {spool:.3g} Hz\n"
         f"written           {written}\n"
         f"next              hil-emulator check {near(file)}\n"

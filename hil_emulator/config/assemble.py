@@ -121,6 +121,7 @@ def _plant_values(checked: Any, effects: Sequence[Effect], rated: float) -> dict
         values |= _effect_values(table, on, rated)
     values |= checked.valve.gains(values)
     values |= checked.cylinder.areas()
+    values |= checked.load.weight(values["load_mass"])
     return values
 
 

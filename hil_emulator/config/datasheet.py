@@ -3,12 +3,17 @@
 import math
 from collections.abc import Mapping
 
+from hil_emulator.model.constants import GRAVITY
+
 _GAIN = frozenset({"gain"})
 _RATING = frozenset({"nominal_flow", "rated_current"})
 _DROPS = frozenset({"pressure_drop_per_edge", "pressure_drop_total"})
 
 LINES = (frozenset({"cylinder_lines"}), frozenset({"line_waves"}))
 """Two models of the same lines."""
+
+WEIGHT = (frozenset({"gravity"}), frozenset({"slope"}))
+"""The weight of the load along the rod, or the slope on which it is."""
 
 VALVE_GROUPS = (_GAIN, _RATING, _DROPS)
 """Keys of the valve that belong together: its gain, its rating, the rating's drop."""
@@ -20,6 +25,7 @@ ALTERNATIVES: dict[str, tuple[tuple[frozenset[str], frozenset[str]], ...]] = {
     ),
     "cylinder": ((frozenset({"piston_area", "area_ratio"}), frozenset({"bore", "rod"})),),
     "lines": (LINES,),
+    "load": (WEIGHT,),
 }
 """Keys of a table that exclude each other: two ways to state the same quantity."""
 
@@ -52,6 +58,11 @@ def valve_gain(nominal_flow: float, opening: float, drop_per_edge: float) -> flo
 
     """
     return nominal_flow / (opening * math.sqrt(drop_per_edge))
+
+
+def weight(mass: float, slope: float) -> float:
+    """Return the weight of a mass [kg] along a rod that rises by an angle [rad] to its end [N]."""
+    return mass * GRAVITY * math.sin(slope)
 
 
 def piston_area(bore: float) -> float:

@@ -30,6 +30,7 @@ class SignalSettings:
         source: channel or command, "" for neither.
         unit: SI unit of `factor`, "" without one.
         factor: SI value of one unit of the signal; None leaves it to the unit in the DBC.
+        offset: SI value of 0 of the signal: that of a gauge pressure.
         constant: a number, or a word of its value table; None for none.
         points: corners of its course over time, empty without one.
         repeat: whether the course begins anew.
@@ -43,6 +44,7 @@ class SignalSettings:
     source: str = ""
     unit: str = ""
     factor: float | None = None
+    offset: float = 0.0
     constant: float | str | None = None
     points: Points = ()
     repeat: bool = False
@@ -54,6 +56,9 @@ class SignalSettings:
         """Message and signal as a configuration names them."""
         return f"{self.message}.{self.signal}"
 
+
+OF_OBJECTS = ("points", "digits", "range", "bit")
+"""Keys of `[node.map]` that a signal does not have."""
 
 STATES = ("ok", "timeout", "checksum")
 """States of a partner's commands: see `hil_emulator.partners.commands`."""
@@ -68,17 +73,19 @@ def read_signals(content: object) -> tuple[SignalSettings, ...]:
     """
     if not isinstance(content, Mapping):
         raise ValueError('is a table of signals, such as { "Status.Pressure" = "pressure_a" }')
-    return tuple(_signal(str(key), said) for key, said in content.items())
+    return tuple(_signal(str(key), value) for key, value in content.items())
 
 
-def _signal(key: str, said: object) -> SignalSettings:
+def _signal(key: str, content: object) -> SignalSettings:
     message, dot, signal = key.partition(".")
     if not (message and dot and signal):
         raise ValueError(f'{key!r} is not a signal; write it as "Message.Signal"')
     try:
-        if isinstance(said, Mapping) and "state" in said:
-            return SignalSettings(message, signal, states=_states(said["state"]))
-        values: dict[str, Any] = dict(read_value(said))
+        if isinstance(content, Mapping) and "state" in content:
+            return SignalSettings(message, signal, states=_states(content["state"]))
+        if isinstance(content, Mapping) and (scaled := [k for k in OF_OBJECTS if k in content]):
+            raise ValueError(f"'{scaled[0]}' is for objects; the DBC has scale and limits")
+        values: dict[str, Any] = dict(read_value(content))
     except ValueError as error:
         raise ValueError(f"{key}: {error}") from None
     values["source"] = values.pop("signal", "")

@@ -20,6 +20,7 @@ from hil_emulator.config.tables import (
     CylinderAside,
     CylinderDatasheet,
     LinesTable,
+    LoadTable,
     ModelTable,
     OneSidedCylinder,
     RigTable,
@@ -98,8 +99,8 @@ def _base(table: str, kind: Kind) -> type[StrictTable]:
     """Return the base class of a table's model."""
     if table == "valve":
         return ValveDatasheet if kind.needs.get(table) else ValveAside
-    if table == "lines":
-        return LinesTable
+    if table in ("lines", "load"):
+        return LinesTable if table == "lines" else LoadTable
     if table != "cylinder":
         return StrictTable
     if kind.asks(table, "area_ratio"):

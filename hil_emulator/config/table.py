@@ -125,7 +125,7 @@ class TableOfWays(StrictTable):
     wanted: ClassVar[str]
     """The ways in words."""
 
-    data_sheet: ClassVar[tuple[str, ...]]
+    data_sheet: ClassVar[tuple[str, ...]] = ()
     """Keys of the way of a data sheet."""
 
     @model_validator(mode="wrap")

@@ -21,9 +21,13 @@ TICK = _time("tick", "period of the loop", 1e-3, 1e-4, 0.1, "ms")
 STEP = _time("step", "integration step", 20e-6, 1e-6, 1e-3, "us")
 SYNC_PERIOD = _time("sync_period", "time that one SYNC stands for", 1e-3, 1e-4, 10.0, "ms")
 BORE = Param("bore", "m", "diameter of the piston", 0.016, 1e-3, 2.0, "mm")
-ROD = Param("rod", "m", "diameter of the rod", 0.010, 1e-3, 2.0, "mm")
+ROD = Param("rod", "m", "diameter of the rod", 0.010, 1e-4, 2.0, "mm")
 NOMINAL_FLOW = Param("nominal_flow", "m^3/s", "flow at rated current", 1.25e-4, 1e-7, 0.1, "l/min")
 RATED_CURRENT = Param("rated_current", "A", "current of full opening", 0.01, 1e-4, 10.0, "mA")
+SLOPE = Param(
+    "slope", "rad", "angle of the rod over the horizontal, positive where extension lifts the load",
+    math.pi / 6.0, -0.5 * math.pi, 0.5 * math.pi, "deg", source="F = m g sin(slope) of the mass",
+)  # fmt: skip
 DROP_PER_EDGE = Param(
     "pressure_drop_per_edge", "Pa", "dp_n1, over one metering edge", 70e5, 1e5, 500e5, "bar"
 )
@@ -65,6 +69,20 @@ class ModelTable(DescribedTable):
 
     effects: tuple[str, ...] = ()
     """Python files that declare effects and list them in EFFECTS; paths relative to this file"""
+
+
+class LoadTable(TableOfWays):
+    """The slope on which the load is, which replaces its weight along the rod."""
+
+    groups: ClassVar = datasheet.WEIGHT
+    ways: ClassVar = frozenset({(0, 0), (1, 0), (0, 1)})
+    wanted: ClassVar = "either gravity, the weight along the rod, or slope, the angle of the rod"
+
+    slope: Annotated[float | None, QuantityReader(SLOPE)] = None
+
+    def weight(self, mass: float) -> dict[str, float]:
+        """Return the weight along the rod from the slope, if that is given."""
+        return {} if self.slope is None else {"gravity_force": datasheet.weight(mass, self.slope)}
 
 
 class LinesTable(TableOfWays):

@@ -27,6 +27,7 @@ DERIVED: dict[Where, tuple[str, float]] = {
     ("valve", "pressure_drop_per_edge"): ("valve_gain", 0.5),
     ("valve", "pressure_drop_total"): ("valve_gain", 0.5),
     ("cylinder", "bore"): ("cylinder_piston_area", 2.0),
+    ("load", "slope"): ("gravity_force", 1.0),
 }
 """Parameter that follows from a value of a data sheet, and with which power (S1 eq. 3.8)."""
 

@@ -9,6 +9,7 @@ from hil_emulator.device.eds import load as eds
 from hil_emulator.device.eds.report import Remark
 from hil_emulator.device.entry import Entry
 from hil_emulator.device.pdo_records import LAST_DUMMY
+from hil_emulator.device.scale import Scale
 from hil_emulator.errors import UserError
 
 UNCONFIGURED = 0xFF
@@ -131,19 +132,19 @@ class Dictionary:
         for entry in self._entries.values():
             entry.signal = ""
 
-    def assign(self, entry: Entry, signal: str, scale: tuple[str, float] | None = None) -> None:
+    def assign(self, entry: Entry, signal: str, scale: Scale | None = None) -> None:
         """Let an object show a channel, as others may too, or give a command.
 
         Args:
             entry: the object.
             signal: the channel or command.
-            scale: SI unit, and how much of it one digit is; None leaves both to the EDS.
+            scale: what digits stand for; None leaves it to the EDS.
 
         """
         entry.signal = signal
         self._assigned.add(entry)
         if scale is not None:
-            entry.unit, entry.factor = scale
+            entry.unit, entry.factor, entry.offset = scale.unit, scale.factor, scale.offset
             self._scaled.add(entry)
 
     def scaled(self, entry: Entry | None) -> bool:

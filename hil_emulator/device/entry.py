@@ -29,6 +29,9 @@ class Entry:
         high: largest value an SDO client may write; None without a limit.
         unit: physical unit, "" without one.
         factor: physical value in `unit` per digit.
+        offset: physical value in `unit` of 0 digits, such as that of a live zero.
+        reach: smallest and largest digits that the device measures; None for those of the type.
+        mask: bits of the value that count, 0 for all.
         signal: the channel it shows, or the command it gives: `Signal` of the EDS, else its name.
         delta: change in digits that is an event of its own, 0 for any (`Delta` of the EDS).
         retained: whether it is stored like a parameter although no client may write it.
@@ -52,6 +55,9 @@ class Entry:
     high: float | None = None
     unit: str = ""
     factor: float = 1.0
+    offset: float = 0.0
+    reach: tuple[float, float] | None = None
+    mask: int = 0
     relative: bool = False
     signal: str = ""
     delta: float = 0.0
@@ -106,6 +112,15 @@ class Entry:
         low = self.type.low if self.low is None else self.low
         high = self.type.high if self.high is None else self.high
         return low, high
+
+    def physical(self, digits: float) -> float:
+        """Return the physical value of a number of digits."""
+        return digits * self.factor + self.offset
+
+    def digits(self, physical: float) -> float:
+        """Return a physical value in digits, a whole number for an integer."""
+        raw = (physical - self.offset) / self.factor
+        return round(raw) if self.type.kind == "integer" else raw
 
     def check(self, value: Any) -> None:
         """Refuse a number beyond the limits (0609 0031, 0609 0032) or no number (0609 0030)."""

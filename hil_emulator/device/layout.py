@@ -26,6 +26,7 @@ class Binding:
     type: str
     unit: str
     factor: float
+    offset: float
     bound_to: str
 
 
@@ -52,6 +53,7 @@ def bindings(dictionary: Dictionary, sources: Mapping[tuple[int, int], str]) -> 
             entry.type.name,
             entry.unit,
             entry.factor,
+            entry.offset,
             sources.get((entry.index, entry.subindex), ""),
         )
         for entry in sorted(dictionary, key=lambda entry: (entry.index, entry.subindex))

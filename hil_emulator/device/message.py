@@ -19,6 +19,7 @@ class Field:
         signed: whether it is an integer in two's complement.
         real: whether it is an IEEE 754 number.
         factor: `unit` per count.
+        offset: value of count 0, in `unit`.
         unit: "" without one.
         index: of the object.
         subindex: of the object.
@@ -40,6 +41,7 @@ class Field:
     low: float | None = None
     high: float | None = None
     choices: str = ""
+    offset: float = 0.0
 
     def value(self, data: bytes) -> float:
         """Return the value in a frame's data, in `unit`."""
@@ -47,10 +49,10 @@ class Field:
         if self.real:
             code = "<f" if self.bits == 32 else "<d"
             raw = struct.unpack(code, word.to_bytes(self.bits // 8, "little"))[0]
-            return float(raw) * self.factor
+            return float(raw) * self.factor + self.offset
         if self.signed and word >> (self.bits - 1):
             word -= 1 << self.bits
-        return word * self.factor
+        return word * self.factor + self.offset
 
 
 @dataclass(frozen=True)
@@ -108,5 +110,5 @@ def field(start: int, entry: Entry) -> Field:
     kind = entry.type
     return Field(
         entry.name, start, kind.bits, kind.low < 0, kind.kind == "real", entry.factor, entry.unit,
-        entry.index, entry.subindex, entry.low, entry.high,
+        entry.index, entry.subindex, entry.low, entry.high, offset=entry.offset,
     )  # fmt: skip

@@ -65,8 +65,8 @@ class SensorObjects:
         self.number = -1
         self._time_us = 0
         self._positions: list[int] = []
-        self._integers: list[tuple[int, Entry, float, int, int]] = []
-        self._reals: list[tuple[int, Entry, float, float, float]] = []
+        self._integers: list[tuple[int, Entry, float, float, int, int]] = []
+        self._reals: list[tuple[int, Entry, float, float, float, float]] = []
         for position, name in enumerate(channels):
             shown = dictionary.numbers(name)
             if shown:
@@ -102,15 +102,15 @@ class SensorObjects:
     def _show(self, measured: Measured) -> None:
         """Write a sample into the objects.
 
-        An integer object holds round(SI / factor), saturated to its type; a value that is no
-        number shows as the type's lowest.
+        An integer object holds round((SI - offset) / factor), saturated to its reach or its type;
+        a value that is no number shows as the lowest.
         """
         values = measured.values
-        for position, entry, factor, low, high in self._integers:
-            raw = values[position] / factor
+        for position, entry, factor, offset, low, high in self._integers:
+            raw = (values[position] - offset) / factor
             entry.value = round(raw) if low <= raw <= high else high if raw > high else low
-        for position, entry, factor, least, most in self._reals:
-            real = values[position] / factor
+        for position, entry, factor, offset, least, most in self._reals:
+            real = (values[position] - offset) / factor
             entry.value = real if least <= real <= most else most if real > most else least
         if self._counter is not None:
             self._counter[0].value = self.number & self._counter[1]
@@ -118,13 +118,20 @@ class SensorObjects:
             self._time[0].value = self._time_us & self._time[1]
 
     def shown_by(self, count: int) -> dict[Entry, Shown]:
-        """Return what bound integers show, by entry, where the last sample's number is `count`."""
-        found = {e: Shown(at, factor, low, high) for at, e, factor, low, high in self._integers}
+        """Return what bound integers show, by entry, where the last sample's number is `count`.
+
+        Those with an offset are left out: the machine code that packs samples knows only factors.
+        """
+        shown = {
+            e: Shown(at, factor, low, high)
+            for at, e, factor, offset, low, high in self._integers
+            if not offset
+        }
         if self._counter is not None:
-            found[self._counter[0]] = Shown(COUNT, 1.0, self.number - count, self._counter[1])
+            shown[self._counter[0]] = Shown(COUNT, 1.0, self.number - count, self._counter[1])
         if self._time is not None:
-            found[self._time[0]] = Shown(TIME, 1.0, 0, self._time[1])
-        return {entry: shown for entry, shown in found.items() if entry.type.bits <= WORD_BITS}
+            shown[self._time[0]] = Shown(TIME, 1.0, 0, self._time[1])
+        return {entry: word for entry, word in shown.items() if entry.type.bits <= WORD_BITS}
 
     def lag(self, catch_up: Callable[[], None]) -> None:
         """Let the objects' values wait until somebody asks for one; that calls `catch_up`."""
@@ -168,11 +175,12 @@ class SensorObjects:
     def _bind(self, position: int, entry: Entry) -> None:
         kind = entry.type
         self.sources[entry.index, entry.subindex] = f"channel {entry.signal}"
+        low, high = entry.reach or (kind.low, kind.high)
         if kind.kind == "real":
-            self._reals.append((position, entry, entry.factor, kind.low, kind.high))
+            self._reals.append((position, entry, entry.factor, entry.offset, low, high))
         else:
-            low, high = int(kind.low), int(kind.high)
-            self._integers.append((position, entry, entry.factor, low, high))
+            ends = int(low), int(high)
+            self._integers.append((position, entry, entry.factor, entry.offset, *ends))
 
     def _internal(self, dictionary: Dictionary, name: str) -> tuple[Entry, int] | None:
         """Return a device-internal object and the mask it wraps around with."""

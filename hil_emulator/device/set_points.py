@@ -50,7 +50,7 @@ class SetPoints:
                 )
             holder = _first(dictionary, name + SAFE_SUFFIX) or _unlisted(entry)
             for target in (entry, holder):
-                dictionary.set_default(target, raw_value(target, safe))
+                dictionary.set_default(target, target.digits(safe))
             self.sources[holder.index, holder.subindex] = f"safe value of {name}"
             self.sources[entry.index, entry.subindex] = f"command {name}"
             self._objects.append((name, entry, holder))
@@ -69,7 +69,7 @@ class SetPoints:
         self.stale = True
         for _, entry, holder in self._objects:
             if only is None or entry in only:
-                entry.value = raw_value(entry, holder.value * holder.factor)
+                entry.value = entry.digits(holder.physical(holder.value))
                 self._safe.add(entry)
 
     def written(self, entries: Sequence[Entry]) -> None:
@@ -84,7 +84,7 @@ class SetPoints:
         commands: dict[str, float] = {}
         for name, entry, safe in self._objects:
             obeyed = entry if operational else safe
-            commands[name] = obeyed.value * obeyed.factor
+            commands[name] = obeyed.physical(obeyed.value)
         self.commands = commands
 
     def includes(self, entries: Sequence[Entry]) -> bool:
@@ -100,7 +100,7 @@ class SetPoints:
             if self._safe or self.stale:
                 self.written((entry,))
             else:
-                self.commands[name] = value * entry.factor
+                self.commands[name] = entry.physical(value)
 
         return obey
 
@@ -113,17 +113,12 @@ class SetPoints:
         self.fall_back([e for _, e, safe in self._objects if safe is entry and e in self._safe])
 
 
-def raw_value(entry: Entry, physical: float) -> float:
-    """Return a value in SI as the object's digits."""
-    raw = physical / entry.factor
-    return round(raw) if entry.type.kind == "integer" else raw
-
-
 def _unlisted(entry: Entry) -> Entry:
     """Return a holder for the safe value of a set point whose EDS offers no object for it."""
     return Entry(
-        entry.index, entry.subindex, entry.name, entry.type, unit=entry.unit, factor=entry.factor
-    )
+        entry.index, entry.subindex, entry.name, entry.type, unit=entry.unit,
+        factor=entry.factor, offset=entry.offset,
+    )  # fmt: skip
 
 
 def _first(dictionary: Dictionary, name: str) -> Entry | None:

@@ -71,7 +71,9 @@ def _signals(fields: Iterable[message.Field], receivers: list[str]) -> Iterator[
 
 
 def _signal(field: message.Field, name: str, receivers: list[str]) -> Signal:
-    limits = [None if v is None else v * field.factor for v in (field.low, field.high)]
+    limits = [
+        None if v is None else v * field.factor + field.offset for v in (field.low, field.high)
+    ]
     return Signal(
         name=name,
         start=field.start,
@@ -79,7 +81,7 @@ def _signal(field: message.Field, name: str, receivers: list[str]) -> Signal:
         is_signed=field.signed,
         conversion=BaseConversion.factory(
             scale=field.factor,
-            offset=0,
+            offset=field.offset,
             is_float=field.real,
             choices=OrderedDict(WORDS.get(field.choices, {})) or None,
         ),

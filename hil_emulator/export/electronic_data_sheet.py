@@ -127,6 +127,8 @@ class _Sheet:
             keys["Signal"] = entry.signal
         if entry.unit or entry.factor != 1.0:
             keys |= {"Unit": entry.unit, "Factor": f"{entry.factor!r}"}
+        if entry.offset:
+            keys["Offset"] = f"{entry.offset!r}"
         if entry.delta:
             keys["Delta"] = f"{entry.delta!r}"
         if entry.type.kind == "real":

@@ -197,7 +197,7 @@ class Faults:
             self._coil.append((running, kind.begin(**fault.values)))
         elif isinstance(kind, SensorFaultKind):
             at, upper = self._channels.index(fault.target), self._upper[fault.target]
-            place = Place(at, upper, self._channels)
+            place = Place(at, upper, self._channels, self._unpowered(fault.target))
             self._samples.append((running, kind.begin(place, **fault.values)))
         elif isinstance(kind, ObjectFaultKind):
             for node, entry in self.targeted(fault):
@@ -216,6 +216,11 @@ class Faults:
         nodes = [n for n in self._nodes if fault.node in (None, n.node_id)]
         objects = [(n, n.dictionary.get(*at)) for n in nodes] if at else []
         return [(n, entry) for n, entry in objects if entry is not None and entry.type.numeric]
+
+    def _unpowered(self, channel: str) -> float:
+        """Return what a channel reads at 0 digits of the input that has a live zero; 0 without."""
+        shown = [entry for node in self._nodes for entry in node.dictionary.showing(channel)]
+        return next((entry.offset for entry in shown if entry.offset), 0.0)
 
     def _end(self, running: Running) -> None:
         self._on_end(running)

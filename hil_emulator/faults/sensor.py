@@ -29,11 +29,20 @@ Wrong = Callable[[Strength, float], float]
 
 
 class Place(NamedTuple):
-    """Place of a faulty channel in the samples."""
+    """Place of a faulty channel in the samples.
+
+    Attributes:
+        at: its position.
+        upper: upper end of its measuring range.
+        channels: all channels, by position.
+        unpowered: reading that the input shows for no current or voltage.
+
+    """
 
     at: int
     upper: float
     channels: tuple[str, ...]
+    unpowered: float
 
 
 @dataclass(frozen=True)
@@ -79,6 +88,12 @@ def _blended(place: Place, wrong: Wrong, overrange: int = 0) -> Act:
 def off(place: Place) -> Act:
     """No signal: reads 0, reported as below its range."""
     return _blended(place, lambda s, v: 0.0, overrange=-1)
+
+
+@sensor_fault()
+def wire_break(place: Place) -> Act:
+    """The wire breaks: 0 mA or 0 V, with a live zero below 3.6 mA (NAMUR NE 43)."""
+    return _blended(place, lambda s, v: place.unpowered, overrange=-1)
 
 
 @sensor_fault()
@@ -192,5 +207,6 @@ def swapped(place: Place, channel: str) -> Act:
 
 
 KINDS = (
-    off, stuck, offset, gain, drift, noise, hum, spike, delay, dropout, over_range, swapped,
+    off, wire_break, stuck, offset, gain, drift, noise, hum, spike, delay, dropout, over_range,
+    swapped,
 )  # fmt: skip

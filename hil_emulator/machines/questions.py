@@ -1,19 +1,33 @@
 """What a user is asked about a machine: one table, from which prompts and options are made."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
-from hil_emulator.config import tables
+from hil_emulator.config import datasheet, tables
 from hil_emulator.config.table import QuantityReader
 from hil_emulator.errors import UserError, brief
-from hil_emulator.machines.valve_sheet import PRINTED, ValveSheet, library
+from hil_emulator.machines.valve_sheet import GIVEN, PRINTED, UNSTATED, ValveSheet, library
 from hil_emulator.model.declare import Param
 from hil_emulator.model.quantities import PARAMS
 from hil_emulator.units import show
 
 Answer = float | str
-Answers = Mapping[str, Answer]
+
+
+class Answers(dict[str, Answer]):
+    """Answers by the name of their question.
+
+    Args:
+        values: answers.
+        given: names of those that the user gave; the others are usual values.
+
+    """
+
+    def __init__(self, values: Mapping[str, Answer], given: Iterable[str] = ()) -> None:
+        super().__init__(values)
+        self.given = set(given)
+
 
 OWN = "own"
 """The valve that is in no library."""
@@ -76,7 +90,7 @@ class Inquiry:
         if self.choices and given not in self.choices:
             known = ", ".join(self.choices)
             raise ValueError(f"there is no {brief(text)!r}; there are {known}")
-        reason = self.wrong({**before, self.name: given})
+        reason = self.wrong(Answers({**before, self.name: given}))
         if reason:
             raise ValueError(reason)
         return given
@@ -104,12 +118,13 @@ def number(answers: Answers, name: str) -> float:
 
 
 def valve(answers: Answers) -> ValveSheet:
-    """Return the data sheet of the valve, with the numbers that the user knows better."""
+    """Return the data sheet of the valve, with the answers in place of its numbers."""
     chosen = str(answers["valve"])
     sheet = library().get(chosen) or ValveSheet("a valve of your own", "your data sheet", {}, {})
     for name in PRINTED:
         if name in answers:
-            sheet = sheet.changed(name, number(answers, name))
+            origin = GIVEN if name in answers.given else UNSTATED
+            sheet = sheet.changed(name, number(answers, name), origin)
     return sheet
 
 
@@ -119,6 +134,12 @@ def _base(table: str, name: str) -> Param:
 
 def _own_valve(answers: Answers) -> bool:
     return answers["valve"] == OWN
+
+
+def _usual_rod(answers: Answers) -> float:
+    """Return 0.7 bores in whole millimetres, of a bore below 10 mm in tenths of them."""
+    bore = number(answers, "bore")
+    return round(0.7 * bore, 3 if bore >= 0.01 else 4)
 
 
 def _thick_rod(answers: Answers) -> str:
@@ -142,9 +163,16 @@ def _precharge_too_high(answers: Answers) -> str:
     return "an accumulator works only where its pre-charge is below the supply pressure"
 
 
+def weight(answers: Answers) -> float:
+    """Return the weight of the load along the rod [N]."""
+    if "slope" in answers:
+        return datasheet.weight(number(answers, "mass"), number(answers, "slope"))
+    return number(answers, "weight")
+
+
 def _too_heavy(answers: Answers) -> str:
     pull = number(answers, "supply_pressure") * piston_area(answers)
-    if abs(number(answers, "weight")) < pull:
+    if abs(weight(answers)) < pull:
         return ""
     return f"the cylinder lifts no more than {show(pull, 'N', 'kN')}; take a larger bore"
 
@@ -171,14 +199,14 @@ def _sheet_question(name: str, text: str) -> Inquiry:
 WEIGHT = Param("weight", "N", "weight of the load along the rod", 0.0, -1e6, 1e6)
 LINE = Param("line_length", "m", "length of the line from valve to cylinder", 0.3, 0.0, 50.0)
 ACCUMULATOR = Param("accumulator", "m^3", "gas volume of the accumulator", 0.0, 0.0, 0.1, "l")
-PRECHARGE = Param("precharge", "Pa", "of the accumulator, absolute", 100e5, 1e5, 300e5, "bar")
+PRECHARGE = Param("precharge", "Pa", "of the accumulator, absolute", 100e5, 1e5, 700e5, "bar")
 PUMP_FLOW = Param("pump_flow", "m^3/s", "largest flow of the pump", 1e-3, 1e-6, 0.1, "l/min")
 NODE = Param("node_id", "1", "CANopen node-ID", 5.0, 1.0, 127.0)
 
 QUESTIONS = (
     Inquiry("name", "Name of the machine", "my machine"),
     Inquiry("bore", "Bore of the cylinder", 0.04, tables.BORE),
-    Inquiry("rod", "Diameter of its rod", lambda a: round(0.7 * number(a, "bore"), 3), tables.ROD,
+    Inquiry("rod", "Diameter of its rod", _usual_rod, tables.ROD,
              wrong=_thick_rod),
     Inquiry("stroke", "Stroke", 0.3, _base("cylinder", "stroke")),
     Inquiry("valve", "Valve, from the library or your own", "moog_d633_40",
@@ -200,7 +228,9 @@ QUESTIONS = (
     _sheet_question("threshold", "Threshold, or response sensitivity"),
     _sheet_question("null_leakage", "Leakage at null"),
     _sheet_question("leakage_pressure", "Pressure at which that is measured"),
-    Inquiry("supply_pressure", "Supply pressure", 210e5, _base("supply", "pressure"),
+    Inquiry("supply_pressure", "Supply pressure",
+             lambda a: min(210e5, valve(a).get("max_pressure", math.inf)),
+             _base("supply", "pressure"),
              wrong=_over_pressure),
     Inquiry("tank_pressure", "Return pressure", 1e5, _base("tank", "pressure")),
     Inquiry("pump", "Supply: constant pressure, a fixed pump or a pressure-compensated one",
@@ -214,8 +244,10 @@ QUESTIONS = (
              wrong=_precharge_too_high),
     Inquiry("line_length", "Length of each line from valve to cylinder", 0.3, LINE),
     Inquiry("mass", "Mass that the rod moves", 100.0, _base("load", "mass")),
+    Inquiry("slope", "Angle of the rod over the horizontal, in place of the weight", 0.0,
+             tables.SLOPE, asked=lambda a: False, wrong=_too_heavy),
     Inquiry("weight", "Its weight along the rod, positive against extension", 0.0, WEIGHT,
-             wrong=_too_heavy),
+             applies=lambda a: "slope" not in a, wrong=_too_heavy),
     Inquiry("node_id", "CANopen node-ID", 5.0, NODE),
 )  # fmt: skip
 """Every question, in the order in which they are put."""
@@ -232,15 +264,19 @@ def answered(given: Mapping[str, str], ask: Callable[[Inquiry, Answers], Answer]
         UserError: for an answer that is none, or none to a question that this machine has.
 
     """
-    answers: dict[str, Answer] = {}
+    answers = Answers({})
     for question in QUESTIONS:
         applies = question.applies(answers)
         if question.name in given and not applies:
             raise UserError(f"{question.option}: means nothing here, see {_governing(question)}")
         if question.name in given:
             answers[question.name] = _read(question, given[question.name], answers)
+            answers.given.add(question.name)
         elif applies and question.asked(answers) and not _said_otherwise(question.name, given):
+            usual = question.usual(answers)
             answers[question.name] = ask(question, answers)
+            if answers[question.name] != usual:
+                answers.given.add(question.name)
     return answers
 
 
@@ -252,6 +288,8 @@ def _read(question: Inquiry, text: str, answers: Answers) -> Answer:
 
 
 def _governing(question: Inquiry) -> str:
+    if question.name == "weight":
+        return "--slope"
     return "--pump and --accumulator" if question.applies is _stored else "--pump"
 
 

@@ -15,6 +15,9 @@ REFERENCE_BORE = 0.016
 PIPE_SPEED = 5.0
 """Speed of the oil in a pressure line at the nominal flow [m/s] (usual: 4 to 6)."""
 
+LEAST_VOLUME = 1e-8
+"""Least dead volume of a chamber that a configuration takes [m³]."""
+
 _RANGES = (1.0, 1.6, 2.5, 4.0, 6.0)
 """Steps of measuring ranges within a decade, as makers of sensors offer them."""
 
@@ -50,7 +53,7 @@ def dead_volume(answers: Answers, ratio: float) -> Typical:
     flow = valve(answers).get("nominal_flow")
     line = flow / PIPE_SPEED * number(answers, "line_length")
     return Typical(
-        0.03 * swept + line,
+        max(LEAST_VOLUME, 0.03 * swept + line),
         f"assumed: 3 % of the swept volume, and a line for {PIPE_SPEED:g} m/s at nominal flow",
     )
 
@@ -117,6 +120,12 @@ def no_load_speed(answers: Answers) -> float:
     alpha = area_ratio(answers)
     drop = number(answers, "supply_pressure") - alpha * number(answers, "tank_pressure")
     return valve(answers).flow(drop / (1.0 + alpha**3)) / piston_area(answers)
+
+
+def pump_speed(answers: Answers) -> float:
+    """Return the extending speed at the full flow of the pump [m/s]; infinite without a pump."""
+    flow = number(answers, "pump_flow") if "pump_flow" in answers else math.inf
+    return flow / piston_area(answers)
 
 
 def natural_frequency(answers: Answers, bulk_modulus: float) -> float:

@@ -45,6 +45,9 @@ ORIGINS = {
 GIVEN = "as you gave it"
 """Where an answer of the user comes from."""
 
+UNSTATED = "assumed: a usual value, not stated"
+"""Where a number of the user's own valve comes from that no answer states."""
+
 
 @dataclass(frozen=True)
 class ValveSheet:
@@ -67,12 +70,19 @@ class ValveSheet:
         """Return a number, or another one where the sheet has none."""
         return self.values.get(name, otherwise)
 
-    def changed(self, name: str, value: float) -> "ValveSheet":
-        """Return the sheet with a number of the user's."""
+    def changed(self, name: str, value: float, origin: str) -> "ValveSheet":
+        """Return the sheet with another number.
+
+        Args:
+            name: key of the number.
+            value: SI.
+            origin: where it comes from, in words.
+
+        """
         drops = {"pressure_drop_total", "pressure_drop_per_edge"}
         displaced = drops if name in drops else {name}
         kept = {key: v for key, v in self.values.items() if key not in displaced}
-        origins = {**self.origins, name: GIVEN}
+        origins = {**self.origins, name: origin}
         return ValveSheet(self.title, self.sheet, {**kept, name: value}, origins)
 
     @property

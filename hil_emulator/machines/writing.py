@@ -152,7 +152,9 @@ def _supply(answers: Answers) -> Iterator[Assignment]:
     if "precharge" in answers:
         volume, precharge = (_answer(answers, name) for name in ("accumulator", "precharge"))
         yield Assignment(
-            "accumulator", f"{{ gas_volume = {volume}, precharge = {precharge} }}", GIVEN
+            "accumulator",
+            f"{{ gas_volume = {volume}, precharge = {precharge} }}",
+            _given(answers, "accumulator", "precharge"),
         )
 
 
@@ -241,7 +243,9 @@ def _cylinder(answers: Answers) -> Iterator[Assignment]:
 
 def _load(answers: Answers) -> Iterator[Assignment]:
     yield _asked(answers, "mass", "mass")
-    if number(answers, "weight"):
+    if "slope" in answers:
+        yield _asked(answers, "slope", "slope")
+    elif number(answers, "weight"):
         yield _asked(answers, "weight", "gravity")
 
 
@@ -277,9 +281,16 @@ def _answer(answers: Answers, name: str) -> str:
 
 
 def _asked(answers: Answers, name: str, key: str) -> Assignment:
-    """Return the line of an answer: one that is the usual one may never have been thought about."""
-    usual = _question(name).usual(answers) == answers[name]
-    return Assignment(key, _answer(answers, name), "default" if usual else GIVEN)
+    """Return the line of an answer."""
+    return Assignment(key, _answer(answers, name), _given(answers, name))
+
+
+def _given(answers: Answers, *names: str) -> str:
+    """Return which of several answers the user gave."""
+    stated = [name for name in names if name in answers.given]
+    if len(stated) == len(names):
+        return GIVEN
+    return f"{', '.join(stated)} {GIVEN}, else default" if stated else "default"
 
 
 def _printed(sheet: ValveSheet, name: str) -> str:

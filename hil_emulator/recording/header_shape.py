@@ -10,7 +10,7 @@ from hil_emulator.input_files import MIB, parse_json
 _FIELD = {
     "name": str, "start": int, "bits": int, "signed": bool, "real": bool, "factor": float,
     "unit": str, "index": int, "subindex": int, "low": (float, None), "high": (float, None),
-    "choices": str,
+    "choices": str, "offset": float,
 }  # fmt: skip
 _MESSAGE = {
     "node": str, "pdo": str, "can_id": int, "size": int, "transmission_type": int,
@@ -77,21 +77,26 @@ def _of_today(content: Any) -> Any:
 
     `HILREC1` had messages by name, and no SYNC. Decoding of frames needs none of the keys that
     messages lacked. Older messages have 11-bit identifiers, and fields without words for their
-    values.
+    values or offset.
     """
     if not isinstance(content, dict):
         return content
     content = {"sync_ms": 0} | content
     if not any("name" in m for m in content["messages"]):
         converted = [
-            {"extended": False, **m, "fields": [{"choices": "", **f} for f in m["fields"]]}
+            {
+                "extended": False,
+                **m,
+                "fields": [{"choices": "", "offset": 0.0, **f} for f in m["fields"]],
+            }
             for m in content["messages"]
         ]
         return content | {"messages": converted}
     messages = []
     for old in content["messages"]:
         pdo, _, node = old["name"].partition("_")
-        fields = [{**f, "index": 0, "subindex": 0, "low": None, "high": None, "choices": ""}
+        fields = [{**f, "index": 0, "subindex": 0, "low": None, "high": None, "choices": "",
+                   "offset": 0.0}
                   for f in old["fields"]]  # fmt: skip
         messages.append(
             {"node": node, "pdo": pdo, "can_id": old["can_id"], "size": old["size"],

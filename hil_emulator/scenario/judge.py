@@ -136,16 +136,16 @@ def _object(e: Expect, nodes: Sequence[Node]) -> LimitedValue:
     else:
         raise UserError(f"expect: {e.object}: no node has such an object that is a number")
     limits = [_limit(e.object, bound, entry) for bound in e.within]
-    factor, unit = entry.factor, entry.unit
+    unit = entry.unit
 
     def read() -> float:
         try:
-            return float(node.dictionary.read(index, subindex)) * factor
+            return entry.physical(float(node.dictionary.read(index, subindex)))
         except SdoAbort:  # an SDO client gets no value either
             return float("nan")
 
     def written(value: float) -> str:
-        return show(value, unit, READ_AS.get(unit, unit)) if unit else f"{value / factor:g}"
+        return show(value, unit, READ_AS.get(unit, unit)) if unit else f"{entry.digits(value):g}"
 
     return LimitedValue(f"{e.object} {entry.name}", read, written, (limits[0], limits[1]))
 
@@ -155,6 +155,6 @@ def _limit(name: str, bound: float | str, entry: Entry) -> float:
     try:
         if isinstance(bound, str) and entry.unit:
             return to_si(bound, entry.unit)
-        return (float(int(bound, 0)) if isinstance(bound, str) else bound) * entry.factor
+        return entry.physical(float(int(bound, 0)) if isinstance(bound, str) else bound)
     except ValueError as error:
         raise UserError(f"expect: {name}: {error}") from None

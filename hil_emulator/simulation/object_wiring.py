@@ -2,10 +2,11 @@
 
 from collections.abc import Sequence
 
-from hil_emulator.config.object_map import ObjectSettings
+from hil_emulator.config.object_map import COMMANDS, ObjectSettings
 from hil_emulator.device.course import Course
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
+from hil_emulator.device.scale import Scale
 from hil_emulator.errors import UserError
 
 
@@ -31,9 +32,32 @@ def wire(dictionary: Dictionary, objects: Sequence[ObjectSettings]) -> list[tupl
         elif binding.points:
             courses.append((entry, Course(binding.points, repeat=binding.repeat)))
         else:
-            scale = None if binding.factor is None else (binding.unit, binding.factor)
-            dictionary.assign(entry, binding.signal, scale)
+            _bind(dictionary, entry, binding)
     return courses
+
+
+def _bind(dictionary: Dictionary, entry: Entry, binding: ObjectSettings) -> None:
+    """Let an object show a channel or give a command, scaled and limited as stated."""
+    scale = None
+    if binding.factor is not None:
+        scale = Scale(binding.unit, binding.factor, binding.offset)
+    dictionary.assign(entry, binding.signal, scale)
+    if binding.bit is not None:
+        entry.mask = 1 << binding.bit
+    if binding.ends is None:
+        return
+    low, high = binding.ends
+    if entry.type.kind == "integer":
+        low, high = round(low), round(high)
+    if not entry.type.low <= low < high <= entry.type.high:
+        raise UserError(
+            f"{dictionary.source} {binding.where}: a {entry.type.name} does not hold {low:g} to "
+            f"{high:g} digits; choose other digits, or another range"
+        )
+    if binding.signal in COMMANDS:
+        entry.low, entry.high = low, high
+    else:
+        entry.reach = low, high
 
 
 def set_constant(

@@ -152,17 +152,17 @@ class _Maker:
             listed = ", ".join(words) or "none"
             raise UserError(f"{self.file}: {said.where} has no value {word!r}; there are {listed}")
 
-    def _scale(self, signal: Signal, said: SignalSettings) -> tuple[float, float]:
+    def _scale(self, signal: Signal, settings: SignalSettings) -> tuple[float, float]:
         """Return the SI value of one unit of a signal, and that of 0."""
-        if said.factor is not None:
-            return said.factor, 0.0
-        unit = UNITS[said.source]
+        if settings.factor is not None:
+            return settings.factor, settings.offset
+        unit = UNITS[settings.source]
         try:
             zero, one = (to_si(f"{n} {signal.unit or ''}".strip(), unit) for n in (0, 1))
         except ValueError as error:
             raise UserError(
-                f"{self.file}: {said.where}: the unit {signal.unit!r} of the DBC: {error}; write "
-                f'{{ channel = "{said.source}", unit = "1 {unit}" }}'
+                f"{self.file}: {settings.where}: the unit {signal.unit!r} of the DBC: {error}; "
+                f'write {{ channel = "{settings.source}", unit = "1 {unit}" }}'
             ) from None
         return one - zero, zero
 

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from hil_emulator.device.abort import SdoAbort
 from hil_emulator.device.nmt import State
 from hil_emulator.device.node import Node
-from hil_emulator.device.set_points import raw_value
 from hil_emulator.errors import UserError
 from hil_emulator.faults.plant_parameters import PlantParameters
 from hil_emulator.model.plant import Plant
@@ -59,8 +58,8 @@ class Settings:
         commanded = [(d, entry) for d in dictionaries if (entry := d.named(name)) is not None]
         try:
             for _, entry in commanded:
-                entry.check(raw_value(entry, value))
+                entry.check(entry.digits(value))
             for dictionary, entry in commanded:
-                dictionary.write(entry.index, entry.subindex, raw_value(entry, value))
+                dictionary.write(entry.index, entry.subindex, entry.digits(value))
         except SdoAbort as abort:
             raise UserError(f"{name}: {value:g} is refused: {abort}") from None

@@ -11,9 +11,12 @@ from typing import Any
 
 import pytest
 
+from hil_emulator.commands.init import default_answer
 from hil_emulator.config.json_schema import json_schema
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
+from hil_emulator.machines.questions import answered
+from hil_emulator.machines.writing import configuration
 from hil_emulator.model.effects import CATALOGUE
 from hil_emulator.model.quantities import PARAMS
 from hil_emulator.platform.paths import shipped
@@ -69,6 +72,11 @@ def test_every_shipped_file_fits_its_schema(schemas: dict[str, Path]) -> None:
         '[[node]]\nid = 0\neds = "x"',
         "[[node]]\nid = 3",
         '[bench]\nkind = "laboratory"',
+        '[load]\nmass = { value = "3 s", tolerance = "10 %" }',
+        '[load]\nmass = { value = "3 kg", tolerance = "10 kg" }',
+        '[load]\nmass = { value = "3 kg", tolerance = "10 %", source = "me" }',
+        '[friction]\ncoulomb_friction = { force = "9 N", tolerance = "1 bar" }',
+        '[sensors.position]\nnoise = { value = "1 um", tolerance = "10 %" }',
     ],
 )
 def test_an_editor_sees_what_loading_refuses(
@@ -96,6 +104,13 @@ def test_an_editor_sees_what_loading_refuses(
         '[[node]]\nid = "unconfigured"\neds = "x"\nmap = { "0x6130:1" = "pressure_a" }',
         '[bus]\ninterface = "kvaser"\nreceive_own_messages = true',
         '[bench]\nkind = "force balance"\npressure_b = "absent"',
+        '[load]\nmass = { value = "3 kg", tolerance = "10 %" }',
+        '[load]\ntolerance = 0.2\nmass = "3 kg"',
+        '[friction]\ncoulomb_friction = { value = "9 N", tolerance = "30 %" }',
+        '[friction]\nstribeck_friction = { excess = "60 N", tolerance = "30 %" }',
+        '[oil]\nentrained_air = { fraction = { value = "1 %", tolerance = "50 %" } }',
+        "[valve]\ndamping_ratio = { value = 0.9, tolerance = 0.1 }",
+        '[cylinder]\nend_stops = "off"',
     ],
 )
 def test_an_editor_lets_pass_what_loads(
@@ -105,6 +120,16 @@ def test_an_editor_lets_pass_what_loads(
     file = tmp_path / "right.toml"
     file.write_text(text)
     load([REFERENCE, file])
+    assert complaints(schemas["configuration"], file) == ""
+
+
+@needs_taplo
+def test_what_init_writes_fits_its_schema(schemas: dict[str, Path], tmp_path: Path) -> None:
+    """With the tolerances of assumed values, and an accumulator."""
+    answers = answered({"pump": "fixed", "accumulator": "1 l"}, default_answer)
+    file = tmp_path / "machine.toml"
+    file.write_text(configuration(answers, "machine.eds", "schema.json", 20e-6))
+    assert "tolerance" in file.read_text()
     assert complaints(schemas["configuration"], file) == ""
 
 

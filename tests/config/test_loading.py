@@ -321,3 +321,38 @@ def test_the_digest_changes_with_the_content_only(layer: Layer) -> None:
     assert load([copy]).digest == load([REFERENCE]).digest
     other = layer('[load]\nmass = "51 kg"')
     assert load([REFERENCE, other]).digest != load([REFERENCE]).digest
+
+
+def test_a_slope_stands_for_the_weight_along_the_rod(layer: Layer) -> None:
+    """F = m g sin(slope); 500 kg at 30 degrees: 2452 N, against extension where it lifts."""
+    sloped = layer('[load]\nmass = "500 kg"\nslope = "30 deg"')
+    assert load([REFERENCE, sloped]).plant["gravity_force"] == pytest.approx(500 * 9.80665 / 2)
+    hanging = layer('[load]\nslope = "-90 deg"')
+    assert load([REFERENCE, hanging]).plant["gravity_force"] == pytest.approx(-50 * 9.80665)
+
+
+def test_a_slope_displaces_the_weight_of_an_earlier_file(layer: Layer) -> None:
+    """And the other way about; both in one file contradict each other."""
+    weight, slope = layer('[load]\ngravity = "100 N"'), layer('[load]\nslope = "10 deg"')
+    assert load([REFERENCE, slope, weight]).plant["gravity_force"] == pytest.approx(100.0)
+    tilted = load([REFERENCE, weight, slope]).plant["gravity_force"]
+    assert tilted == pytest.approx(50 * 9.80665 * math.sin(math.radians(10)))
+    both = layer('[load]\ngravity = "100 N"\nslope = "10 deg"')
+    assert "either gravity" in mistakes(REFERENCE, both)[0]
+
+
+def test_the_tolerance_of_a_slope_is_that_of_the_weight(layer: Layer) -> None:
+    """`identify` fits the weight that follows from it."""
+    uncertain = layer('[load]\nslope = { value = "10 deg", tolerance = "20 %" }')
+    assert load([REFERENCE, uncertain]).tolerances["gravity_force"] == pytest.approx(0.2)
+
+
+def test_a_packaged_layer_has_what_the_documents_describe(layer: Layer) -> None:
+    """The bandwidth follows the supply pressure, 160 of 210 bar; the film lags; vapour at 0.6."""
+    documented = REFERENCE.with_name("hyq_documented.toml")
+    before, after = load([REFERENCE]).plant, load([REFERENCE, documented]).plant
+    assert before["supply_pressure"] < after["pilot_supply_rated_pressure"]
+    added = after.keys() - before.keys()
+    assert {"film_lag_strength", "cavitation_floor_pressure_floor", "pilot_supply_share",
+            "friction_asymmetry_asymmetry", "position_friction_rise"} <= added  # fmt: skip
+    assert before.items() <= after.items()

@@ -13,6 +13,7 @@ from simulated_network import SimulatedNetwork
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
+from hil_emulator.device.scale import Scale
 
 SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED = 0x40, 0x21, 0x23, 0x27
 QUICK_STOP, FAULT, STATE = 0x07, 0x08, 0x6F
@@ -52,9 +53,9 @@ class DriveMaster(Master):
     def __init__(self, eds: Path, commands: dict[str, float] | None = None) -> None:
         dictionary = Dictionary.from_eds(eds, NODE_ID)
         if commands:
-            dictionary.assign(dictionary.entry(0x60FF), "valve_current", ("A", 1e-6))
+            dictionary.assign(dictionary.entry(0x60FF), "valve_current", Scale("A", 1e-6))
         if commands is not None:
-            dictionary.assign(dictionary.entry(0x606C), "velocity", ("m/s", 1e-3))
+            dictionary.assign(dictionary.entry(0x606C), "velocity", Scale("m/s", 1e-3))
         node = Node(dictionary, ["velocity"], commands or {})
         self.network = SimulatedNetwork(node, Measured([0.25], [0]))
         self.remote: Any = self.network.add_node(BaseNode402(NODE_ID, str(eds)))

@@ -10,6 +10,7 @@ from runs import BEGIN, END, PLACES, Run, codes, run, sound, values
 
 CASES: list[tuple[str, str, dict[str, Any]]] = [
     ("load_force", "off", {}),
+    ("pressure_b", "wire_break", {}),
     ("pressure_a", "stuck", {}),
     ("pressure_a", "offset", {"value": "3 bar"}),
     ("position", "gain", {"factor": 1.5}),
@@ -51,6 +52,13 @@ def test_a_sensor_that_is_off_reads_zero_and_is_reported() -> None:
     target, heard = faulty("off")
     assert set(values(heard, target)) == {0.0}
     assert codes(heard) == [0xFF10 + 4, 0x0000]
+
+
+def test_a_broken_wire_of_an_input_without_live_zero_reads_zero() -> None:
+    """No current is 0 bar; `test_io_module` has an input of 4 to 20 mA."""
+    target, heard = faulty("wire_break")
+    assert set(values(heard, target)) == {0.0}
+    assert codes(heard) == [0xFF10 + 1, 0x0000]
 
 
 def test_a_stuck_sensor_keeps_its_reading() -> None:

@@ -47,7 +47,9 @@ def test_an_unknown_target_lists_what_there_is() -> None:
 
 def test_a_fault_that_a_target_cannot_have_lists_those_it_can() -> None:
     """A position has no twin to be swapped with, a supply no spool to stick."""
-    with pytest.raises(UserError, match=r"position cannot have 'swapped'.*there are off, stuck"):
+    with pytest.raises(
+        UserError, match=r"position cannot have 'swapped'.*there are off, wire_break"
+    ):
         fault("position", "swapped")
     with pytest.raises(UserError, match=r"supply cannot have 'stuck'.*there are loss, droop"):
         fault("supply", "stuck")

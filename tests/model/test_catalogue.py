@@ -30,6 +30,7 @@ AROUND: Mapping[str, Mapping[str, float]] = {
     "pump_friction": {"fixed_pump_flow": 10e-3 / 60},
     "friction_asymmetry": {"coulomb_friction_force": 100.0},
     "position_friction": {"viscous_friction_coefficient": 1000.0},
+    "friction_along_stroke": {"viscous_friction_coefficient": 1000.0},
     # dry friction on a light rod turns over a wider velocity, however stiff the coupling
     # and an end stop is no stiffer than a load cell: its impacts would be compared
     "coupling_compliance": NO_STOP | {"rod_mass_mass": 0.286},

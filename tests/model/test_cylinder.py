@@ -234,6 +234,19 @@ def test_position_friction_is_higher_at_the_ends(make_plant: MakePlant) -> None:
     assert found == pytest.approx([1.2, 1.05, 1.0, 1.2], rel=1e-9)
 
 
+def test_friction_along_stroke_follows_its_table(make_plant: MakePlant) -> None:
+    """Straight between the five points, as numpy interpolates; unstated it rises to one end."""
+    places = (0.0, 0.01, 0.035, 0.05, 0.072, 0.08)
+    course = {"at_0": 0.5, "at_25": -1.0, "at_50": 0.0, "at_75": 1.0, "at_100": 0.2}
+    table = {f"friction_along_stroke_{name}": share for name, share in course.items()}
+    for chosen, shares in ((table, [*course.values()]), ({}, [-1.0, -0.5, 0.0, 0.5, 1.0])):
+        for place in places:
+            plant = make_plant(bare(viscous_friction_coefficient=1000.0, initial_position=place,
+                                    friction_along_stroke_strength=0.3, **chosen))  # fmt: skip
+            share = np.interp(place / 0.08, [0.0, 0.25, 0.5, 0.75, 1.0], shares)
+            assert friction_at(plant, 0.1) == pytest.approx(100.0 * (1 + 0.3 * share), rel=1e-9)
+
+
 PLUNGER = {"cushion_plunger_length": 10e-3, "cushion_plunger_volume": 1e-6}
 AROUND, GAP = math.pi * 9e-3, 5e-5
 """Circumference of the plunger and the gap around it [m]."""

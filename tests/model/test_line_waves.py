@@ -155,6 +155,20 @@ def test_line_waves_lose_pressure_as_pipes_do(
     assert s.line_loss == pytest.approx(both, rel=5e-3)
 
 
+def test_line_waves_lose_zeta_times_the_dynamic_pressure(make_plant: MakePlant) -> None:
+    """The same line with and without bends of zeta = 20: 20 rho v²/2 more."""
+    drops, flows = [], []
+    for zeta in (0.0, 20.0):
+        plant = make_plant(pond(line_waves_length=1.0, line_waves_form_losses=zeta))
+        plant.inputs.valve_current = 5e-3
+        settle(plant, 0.3)
+        drops.append(plant.signals.port_pressure_a - plant.signals.pressure_a)
+        flows.append(float(plant.signals.flow_a))
+    speed = flows[1] / (math.pi * 6e-3**2 / 4)
+    wall = drops[0] * flows[1] / flows[0]
+    assert drops[1] - wall == pytest.approx(20 * DENSITY * speed**2 / 2, rel=0.02)
+
+
 def test_line_waves_hold_their_oil(make_plant: MakePlant) -> None:
     """Behind a closed valve the rod is held by two springs of oil, chamber and line in each."""
     plant = make_plant(bare(valve_gain=1e-30, line_waves_length=2.0, load_mass=5.0,

@@ -206,6 +206,21 @@ def test_cylinder_lines_lose_pressure_as_pipes_do(
     assert s.port_pressure_a - s.pressure_a == pytest.approx(max(laminar, turbulent), rel=5e-3)
 
 
+def test_cylinder_lines_lose_zeta_times_the_dynamic_pressure(make_plant: MakePlant) -> None:
+    """Bends of zeta = 12 lose 12 rho v²/2 more than the wall does (S2 eq. 3-4)."""
+    drops, flows = [], []
+    for zeta in (0.0, 12.0):
+        plant = make_plant(pond(cylinder_lines_length=0.5, cylinder_lines_form_losses=zeta))
+        plant.inputs.valve_current = 5e-3
+        settle(plant, 0.3)
+        drops.append(plant.signals.port_pressure_a - plant.signals.pressure_a)
+        flows.append(float(plant.signals.flow_a))
+    assert flows[0] == pytest.approx(flows[1], rel=1e-2)
+    speed = flows[1] / (math.pi * 6e-3**2 / 4)
+    wall = drops[0] * (flows[1] / flows[0])
+    assert drops[1] - wall == pytest.approx(12 * 850.0 * speed**2 / 2, rel=5e-3)
+
+
 def test_cylinder_lines_obey_their_two_balances(make_plant: MakePlant) -> None:
     """A valve that opens onto a line and a large chamber, as Radau solves both balances."""
     plant = make_plant(pond(cylinder_lines_length=2.0))

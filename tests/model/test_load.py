@@ -188,3 +188,68 @@ def test_backlash_carries_no_force_within_its_gap(make_plant: MakePlant) -> None
     inside = np.abs(x - x_l) < 1e-4
     assert np.count_nonzero(inside) > 20
     assert np.all(f[inside] == 0.0)
+
+
+def test_load_coulomb_friction_stops_a_mass_in_finite_time(make_plant: MakePlant) -> None:
+    """With v = v_0 - F t/M 50 kg at 0.1 m/s rest after 50 ms; a free rod's load cell reads 0."""
+    plant = make_plant(ballistic(load_coulomb_friction_force=100.0))
+    plant.state.velocity = 0.1
+    velocity, force = record(plant, 4000, "velocity", "load_force")
+    time = STEP * np.arange(1, 4001)
+    sliding = time < 0.048
+    assert velocity[sliding] == pytest.approx(0.1 - 2.0 * time[sliding], abs=2e-4)
+    assert np.abs(velocity[time > 0.06]).max() < 3e-3  # what the bristles' springs give back
+    assert plant.state.position == pytest.approx(0.04 + 0.1**2 / (2 * 2.0), abs=6e-5)
+    assert np.abs(force).max() < 0.1
+
+
+def test_load_coulomb_friction_is_in_front_of_the_load_cell(make_plant: MakePlant) -> None:
+    """Pushed at steady speed, the cell reads it; friction of the seals it does not."""
+    plant = make_plant(bare(load_coulomb_friction_force=150.0, coulomb_friction_force=80.0))
+    plant.inputs.valve_current = 1e-3
+    settle(plant, 0.3)
+    assert plant.signals.velocity > 0.05
+    assert plant.signals.load_force == pytest.approx(150.0, rel=0.02)
+    assert plant.signals.hydraulic_force == pytest.approx(230.0, rel=0.02)
+
+
+@pytest.mark.parametrize(("force", "moves"), [(95.0, False), (110.0, True)])
+def test_load_coulomb_friction_holds_what_is_below_it(
+    force: float, moves: bool, make_plant: MakePlant
+) -> None:
+    """A load pushed with less than F_c stays, without creep; with more it slides at (F - F_c)/M."""
+    plant = make_plant(ballistic(load_coulomb_friction_force=100.0))
+    plant.inputs.external_force = -force
+    settle(plant, 0.5)
+    start = float(plant.state.position)
+    settle(plant, 0.5)
+    way = float(plant.state.position) - start
+    if moves:
+        assert plant.signals.acceleration == pytest.approx((force - 100.0) / 50.0, rel=0.05)
+    else:
+        assert abs(way) < 1e-8
+
+
+def test_load_coulomb_friction_acts_on_an_elastic_load(make_plant: MakePlant) -> None:
+    """Behind a coupling that gives way the load sticks while the rod moves: F = k s below F_c."""
+    values = {"load_coulomb_friction_force": 400.0, "coupling_compliance_compliance": 1e-5,
+              "rod_mass_mass": 0.3, "viscous_friction_coefficient": 3000.0}  # fmt: skip
+    plant = make_plant(bare(**values))
+    plant.inputs.valve_current = 2e-4
+    settle(plant, 0.05)
+    stretch = plant.signals.position - plant.signals.load_position
+    assert plant.signals.load_force < 390.0
+    assert stretch > 1e-4
+    assert plant.signals.load_position == pytest.approx(0.04, abs=5e-5)
+
+
+def test_load_stribeck_friction_fades_with_speed(make_plant: MakePlant) -> None:
+    """F = F_s exp(-|v|/v_s): what holds a load at a speed, by an independent sum of forces."""
+    for speed in (0.005, 0.02, 0.06):
+        values = {"load_stribeck_friction_excess": 80.0, "load_coulomb_friction_force": 100.0}
+        plant = make_plant(ballistic(**values, load_mass=1e5))
+        plant.state.velocity = speed
+        plant.state.load_coulomb_friction_bend = plant.state.load_stribeck_friction_bend = 3.0
+        settle(plant, 1e-4)
+        expected = 100.0 + 80.0 * math.exp(-speed / 0.02)
+        assert plant.signals.resisting_force == pytest.approx(expected, rel=0.01)

@@ -1,5 +1,6 @@
 """The physics of pumps, relief valve, accumulator and lines; power and efficiency."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -195,6 +196,20 @@ def test_supply_line_rings_at_its_quarter_wave(make_plant: MakePlant) -> None:
     area = np.pi / 4 * 8e-3**2
     surge = 850 * 1237 * 6.68e-6 * 1e-3 * np.sqrt(P_S - 60.6e5) / area
     assert 0.2 * surge < np.abs(pressure - steady).max() < 1.5 * surge
+
+
+def test_supply_line_loses_zeta_times_the_dynamic_pressure(make_plant: MakePlant) -> None:
+    """At a steady flow: Hagen-Poiseuille of the wall and 30 rho v²/2 of bends and fittings."""
+    plant = make_plant(pond(supply_line_length=2.0, supply_line_form_losses=30.0))
+    plant.inputs.valve_current = 1e-2
+    settle(plant, 0.5)
+    s = plant.signals
+    flow = float(s.flow_a)
+    area = math.pi * 8e-3**2 / 4
+    wall = 128.0 * 850.0 * 46e-6 * 2.0 * flow / (math.pi * 8e-3**4)
+    bends = 30.0 * 850.0 * (flow / area) ** 2 / 2
+    assert bends > 2e4
+    assert 160e5 - s.supply_pressure == pytest.approx(wall + bends, rel=0.01)
 
 
 def test_pilot_leakage_draws_the_published_flow_at_rest(make_plant: MakePlant) -> None:

@@ -15,6 +15,7 @@ from hil_emulator.bus.bus import Bus
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.measured import Measured
 from hil_emulator.device.node import Node
+from hil_emulator.device.scale import Scale
 
 READINGS = {
     "pressure_a": 10.0e6,
@@ -33,7 +34,7 @@ def make(node_id: int) -> Node:
     dictionary = Dictionary.from_eds(eds_of(node_id), node_id)
     if node_id in TRANSMITTERS:
         channel = CHANNELS[node_id - TRANSMITTERS[0]]
-        dictionary.assign(dictionary.entry(0x6100, 1), channel, ("Pa", PASCAL_PER_BAR))
+        dictionary.assign(dictionary.entry(0x6100, 1), channel, Scale("Pa", PASCAL_PER_BAR))
     if node_id in ENCODERS:
         dictionary.assign(dictionary.entry(0x6004), "position", None)
     return Node(dictionary, list(READINGS), {"valve_current": 0.0} if node_id == ACTUATOR else {})

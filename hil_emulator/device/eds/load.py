@@ -1,10 +1,11 @@
 """Reading an EDS or DCF (CiA 306): entries, what was odd, and what else it says of the device.
 
-Four keys beyond CiA 306 tie an object to the physics behind it:
+These keys beyond CiA 306 tie an object to the physics behind it:
 
 | key | meaning |
 |---|---|
 | Unit, Factor | one digit stands for `Factor` of the SI unit `Unit` |
+| Offset | value of 0 digits in `Unit`, such as -62.5 bar of a 4 to 20 mA input |
 | Signal | the channel it shows or the command it gives, where that is not its ParameterName |
 | Delta | change in digits that is an event for an event-driven TPDO |
 

@@ -101,6 +101,7 @@ class ObjectReader:
             high=self._limit(section, "HighLimit", data_type),
             unit=section.get("Unit"),
             factor=self._real(section, "Factor", 1.0),
+            offset=self._real(section, "Offset", 0.0),
             relative=default.relative,
             signal=section.get("Signal"),
             delta=self._real(section, "Delta", 0.0),

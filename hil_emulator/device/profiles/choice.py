@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.emergency import Emergency
-from hil_emulator.device.profiles import drive, measuring_device, valve
+from hil_emulator.device.profiles import amplifier, drive, measuring_device, valve
+from hil_emulator.device.profiles.amplifier import Amplifier
 from hil_emulator.device.profiles.drive import Drive
 from hil_emulator.device.profiles.encoder import MULTI_POSITION, POSITION, Encoder
 from hil_emulator.device.profiles.measuring_device import MeasuringDevice
@@ -43,6 +44,8 @@ def profile_of(dictionary: Dictionary, channels: Sequence[str], emergency: Emerg
         return Drive(dictionary, channels, emergency)
     if number == 408 and all(dictionary.number(*place) for place in valve.REQUIRED):
         return ValveDriver(dictionary, channels, emergency)
+    if dictionary.named(amplifier.ENABLE) or dictionary.named(amplifier.RAMP_TIME):
+        return Amplifier(dictionary)
     return NoProfile()
 
 

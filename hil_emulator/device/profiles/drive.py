@@ -105,7 +105,7 @@ class Drive:
         target = self._target_velocity
         if target is None or target.signal not in commands:
             return commands
-        return {**commands, target.signal: self._demand * target.factor}
+        return {**commands, target.signal: target.physical(self._demand)}
 
     def written(self, entries: Sequence[Entry]) -> None:
         """Read control word and targets where they are needed, in `command`."""

@@ -102,7 +102,7 @@ class ValveDriver:
         name = self._set_point.signal
         if name not in commands:
             return commands
-        return {**commands, name: self._demand.value * self._set_point.factor}
+        return {**commands, name: self._set_point.physical(self._demand.value)}
 
     def written(self, entries: Sequence[Entry]) -> None:
         """Read control word and set point where they are needed, in `command`."""
@@ -112,7 +112,8 @@ class ValveDriver:
         if self._spool is None:
             self._actual.value = self._demand.value
         else:
-            self._actual.value = _int16(measured.values[self._spool] / self._actual.factor)
+            actual = measured.values[self._spool] - self._actual.offset
+            self._actual.value = _int16(actual / self._actual.factor)
         deviation = self._demand.value - self._actual.value
         controlled = self._machine.state in (DeviceState.HOLD, DeviceState.ACTIVE)
         if self._monitor.exceeded(now_ns, deviation, controlled=controlled):

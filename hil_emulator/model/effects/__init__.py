@@ -12,6 +12,7 @@ from hil_emulator.model.effects import (
     edges,
     element,
     friction,
+    guides,
     heat,
     line_waves,
     lines,
@@ -38,6 +39,7 @@ CATALOGUE: tuple[Effect, ...] = (
     *friction.EFFECTS,
     *coupling.EFFECTS,
     *load.EFFECTS,
+    *guides.EFFECTS,
     *element.EFFECTS,
     *transducer.EFFECTS,
 )

@@ -12,7 +12,9 @@ from hil_emulator.model.stages import coupling, play
     knob=Param("compliance", "m/N", "compliance of load cell and frame in series",
                4e-9, 0.0, 1e-5, shown="um/kN",
                source="20 um at 5 kN in a public HyQ bench script; a frame adds 1e-7 and more"),
-    source="spring in series with the rod; damping as coupling_damping",
+    source="spring in series with the rod; damping as coupling_damping. A cylinder without mass on "
+           "a mount that gives way by C F is the same: its sensor measures the rod against the "
+           "cylinder",
     signature="load force rings; rod and load differ in position",
     not_modelled="mass of the cylinder's body on an elastic frame; dry friction of the light rod "
                  "turns over a wider velocity, see actuator.friction_force",
@@ -20,7 +22,7 @@ from hil_emulator.model.stages import coupling, play
 def coupling_compliance(compliance: float) -> float:
     """F = (x_p - x_l) / C.
 
-    The coupling between rod and load gives way.
+    The coupling between rod and load, or the mount of the cylinder, gives way.
     """
     return compliance
 

@@ -6,8 +6,9 @@ what pushes: D is its direction, -1 to 1, that of the velocity once the seals sl
 """
 
 import math
+from typing import NamedTuple
 
-from hil_emulator.model.declare import Param, Quantity, effect, factor
+from hil_emulator.model.declare import SETTING, Param, Quantity, effect, factor
 from hil_emulator.model.stages import dry_friction, friction, friction_scale
 
 _STRIBECK_VELOCITY = Param(
@@ -102,7 +103,7 @@ def friction_asymmetry(scale: float, direction: float, asymmetry: float) -> floa
                shown="%"),
     source="S2: friction depends on position; a parabola stands for its spline; size assumed",
     signature="friction force against position at constant speed",
-    not_modelled="friction that differs between both ends",
+    not_modelled="friction that differs between both ends: see friction_along_stroke",
 )  # fmt: skip
 def position_friction(scale: float, position: float, rise: float, cylinder_stroke: float) -> float:
     """F = F (1 + k (2x/L_c - 1)²).
@@ -111,6 +112,49 @@ def position_friction(scale: float, position: float, rise: float, cylinder_strok
     """
     from_centre = max(-1.0, min(1.0, 2.0 * position / cylinder_stroke - 1.0))
     return scale * (1.0 + rise * from_centre * from_centre)
+
+
+class StrokeTable(NamedTuple):
+    """Relative course of friction at five points of the stroke, see `friction_along_stroke`."""
+
+    at_0: float
+    at_25: float
+    at_50: float
+    at_75: float
+    at_100: float
+
+
+def _share(name: str, typical: float) -> Param:
+    return Param(
+        name, "1", f"course at {name[3:]} % of the stroke, in parts of the strength", typical, -1.0,
+        1.0, default=typical, spread=SETTING,
+    )  # fmt: skip
+
+
+@effect(
+    friction_scale,
+    knob=Param("strength", "1", "relative change of friction where the course is 1", 0.2, -0.9, 0.9,
+               shown="%"),
+    shape=(
+        _share("at_0", -1.0), _share("at_25", -0.5), _share("at_50", 0.0), _share("at_75", 0.5),
+        _share("at_100", 1.0),
+    ),
+    source="S2 Fig. 2b: a spline over the stroke, here straight between five points; unstated it "
+           "rises from one end to the other",
+    signature="friction force against position at constant speed, different at both ends",
+)  # fmt: skip
+def friction_along_stroke(
+    scale: float, position: float, strength: float, course: StrokeTable, cylinder_stroke: float
+) -> float:
+    """F = F (1 + k s(x)),  s straight between points at 0, 25, 50, 75 and 100 % of the stroke.
+
+    Friction follows a table along the stroke, such as a bore that narrows towards one end.
+    """
+    z = max(0.0, min(4.0, 4.0 * position / cylinder_stroke))
+    share = course.at_0 * max(0.0, 1.0 - z) + course.at_25 * max(0.0, 1.0 - abs(z - 1.0))
+    share += course.at_50 * max(0.0, 1.0 - abs(z - 2.0))
+    share += course.at_75 * max(0.0, 1.0 - abs(z - 3.0)) + course.at_100 * max(0.0, z - 3.0)
+    return scale * (1.0 + strength * share)
 
 
 @effect(
@@ -123,7 +167,8 @@ def position_friction(scale: float, position: float, rise: float, cylinder_strok
     states=(Quantity("speed", "m/s", "speed that the film's thickness belongs to"),),
     source="S1 Fig. 3.9; first-order lag of the film's thickness from Tran, Hafizah and Yanada "
            "2012; the factor is assumed, bounded so that friction never drives",
-    signature="loops of friction over velocity that grow with frequency, also in full sliding",
+    signature="loops of friction over velocity, also in full sliding; widest where the velocity "
+              "has about the frequency 1/(4 pi tau), 1.6 Hz at 50 ms, and narrow far from it",
     not_modelled="different lags of a growing and of a shrinking film, and at rest",
 )  # fmt: skip
 def film_lag(
@@ -143,5 +188,5 @@ def film_lag(
 
 EFFECTS = (
     viscous_friction, coulomb_friction, stribeck_friction, pressure_friction, friction_asymmetry,
-    position_friction, film_lag,
+    position_friction, friction_along_stroke, film_lag,
 )  # fmt: skip

@@ -12,7 +12,7 @@ from numba.extending import register_jitable
 
 from hil_emulator.model.declare import Param, Quantity, effect
 from hil_emulator.model.effects.lines import Ends, friction_rise
-from hil_emulator.model.effects.supply import Line, Oil, line_shape
+from hil_emulator.model.effects.supply import Line, Oil, form_loss, line_shape
 from hil_emulator.model.stages import cylinder_line_rates, line_a, line_b, line_flow_a, line_flow_b
 
 _MODES = 4
@@ -137,7 +137,8 @@ def pipe_of(flow: float, line: Line, viscosity: float, oil: Oil) -> Pipe:
     capacity = line.length * line.length / (line.wave_speed * line.wave_speed * inertance)
     rise = friction_rise(abs(flow) / area * line.diameter / nu)
     shear = 0.5 * line.diameter * math.sqrt(2.0 * pulsation / nu)
-    return Pipe(pulsation, inertance, capacity, laminar, laminar * rise / STEADY, shear)
+    steady = laminar * rise + form_loss(flow, area, line, oil.oil_density)
+    return Pipe(pulsation, inertance, capacity, laminar, steady / STEADY, shear)
 
 
 @register_jitable

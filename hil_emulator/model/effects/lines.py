@@ -6,7 +6,7 @@ from typing import NamedTuple
 from numba.extending import register_jitable
 
 from hil_emulator.model.declare import SETTING, Param, Quantity, effect, factor
-from hil_emulator.model.effects.supply import Line, Oil, line_shape
+from hil_emulator.model.effects.supply import Line, Oil, form_loss, line_shape
 from hil_emulator.model.stages import (
     cross_relief,
     cylinder_line_rates,
@@ -58,14 +58,16 @@ def friction_rise(reynolds: float) -> float:
 
 @register_jitable
 def line_loss(flow: float, area: float, line: Line, viscosity: float, oil: Oil) -> float:
-    """Return the pressure lost in a line with a smooth wall [Pa].
+    """Return the pressure lost in a line with a smooth wall and in its bends and fittings [Pa].
 
-    dp = lambda l/d rho v²/2 with the larger of 64/Re (Hagen-Poiseuille) and 0.3164/Re^¼ (Blasius).
+    dp = (lambda l/d + zeta) rho v²/2, lambda the larger of 64/Re (Hagen-Poiseuille) and 0.3164/Re^¼
+    (Blasius).
     """
     nu = oil.oil_kinematic_viscosity * viscosity
     speed = flow / area
     laminar = 32.0 * oil.oil_density * nu * line.length * speed / (line.diameter * line.diameter)
-    return laminar * friction_rise(abs(speed) * line.diameter / nu)
+    wall = laminar * friction_rise(abs(speed) * line.diameter / nu)
+    return wall + form_loss(flow, area, line, oil.oil_density) * flow
 
 
 def _line_rates(

@@ -7,7 +7,9 @@ at its outlet: what a load pushes back passes the relief valve.
 import math
 from typing import NamedTuple
 
-from hil_emulator.model.declare import Param, Quantity, effect, factor
+from numba.extending import register_jitable
+
+from hil_emulator.model.declare import SETTING, Param, Quantity, effect, factor
 from hil_emulator.model.stages import (
     capacity,
     full_flow,
@@ -183,16 +185,26 @@ class Line(NamedTuple):
     length: float
     diameter: float
     wave_speed: float
+    form_losses: float
 
 
-def line_shape(diameter: float) -> tuple[Param, Param]:
+def line_shape(diameter: float) -> tuple[Param, ...]:
     """Return the parameters of a line beside its length, with a usual diameter [m]."""
     return (
         Param("diameter", "m", "inner diameter", diameter, 1e-3, 0.1, shown="mm", default=diameter,
               spread=factor(1.3)),
         Param("wave_speed", "m/s", "speed of pressure waves", 1237.0, 100.0, 1500.0,
               default=1237.0, source="sqrt(1300 MPa / 850 kg/m³)", spread=factor(1.2)),
+        Param("form_losses", "1", "loss coefficients zeta of its bends, ports and fittings, summed",
+              0.0, 0.0, 1000.0, default=0.0, source="S2 eq. 3-4: dp = zeta rho v²/2; a bend has "
+              "0.2, an elbow 1, a sudden port 1.5", spread=SETTING),
     )  # fmt: skip
+
+
+@register_jitable
+def form_loss(flow: float, area: float, line: Line, density: float) -> float:
+    """Return the resistance of bends and fittings to a flow, dp/q = zeta rho |q|/(2 A²)."""
+    return 0.5 * line.form_losses * density * abs(flow) / (area * area)
 
 
 class Oil(NamedTuple):
@@ -214,6 +226,7 @@ def _line_rates(
     # Hagen-Poiseuille: 128 mu l / (pi d^4)
     mu = oil.oil_density * oil.oil_kinematic_viscosity * viscosity
     resistance = 8.0 * math.pi * mu * line.length / (area * area)
+    resistance += form_loss(flow, area, line, oil.oil_density)
     pressure = max(0.0, supply_pressure + excess)
     return (
         (pump_pressure - pressure - resistance * flow) / inertance,
