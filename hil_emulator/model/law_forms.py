@@ -24,21 +24,17 @@ same shape has the same size in every balance."""
 
 
 @dataclass(frozen=True)
-class Run:
+class ModelRun:
     """A run of the model.
 
     Attributes:
         signals: along it, each of shape (samples,).
         plant: parameters.
-        rated_current: of the valve [A].
-        period: between samples [s].
 
     """
 
     signals: Mapping[str, Array]
     plant: Mapping[str, float]
-    rated_current: float
-    period: float
 
 
 @dataclass(frozen=True)
@@ -55,7 +51,7 @@ class LawForm:
 
     law: str
     balances: tuple[str, ...]
-    terms: Callable[[Run], Terms]
+    terms: Callable[[ModelRun], Terms]
     source: str
 
 
@@ -64,11 +60,11 @@ RESISTANCES_IN_SERIES = 0.7
 series (assumed: both are usual)."""
 
 
-def laminar_transition(run: Run) -> Terms:
+def laminar_transition(run: ModelRun) -> Terms:
     """Return how the flow of a laminar and a turbulent resistance in series differs.
 
     With x = u sqrt(dp) and s = T/x, the model passes q = K x (1 + s⁴)^(-1/4), resistances in series
-    K x/(sqrt(1 + s²/4) + s/2). The flow of the model tells x: x⁸ - (q/K)⁴ (x⁴ + T⁴) = 0.
+    K x/(sqrt(1 + s²/4) + s/2). x follows from the flow of the model: x⁸ - (q/K)⁴ (x⁴ + T⁴) = 0.
     """
     turbulent = max(transition(SimpleNamespace(**run.plant), 1.0), 1e-12)
     terms = {}
@@ -92,7 +88,7 @@ AT_REST = ((0.3, 0.5), (1.5, 0.5), (5.0, 0.1))
 """Widths over the transition velocity, and standard deviation of the friction there (assumed)."""
 
 
-def friction_at_rest(run: Run) -> Terms:
+def friction_at_rest(run: ModelRun) -> Terms:
     """Return how dry friction by another law differs at rest and in reversal."""
     speed = np.abs(run.signals["velocity"]) / run.plant["friction_transition_velocity"]
     fading = np.column_stack([share * np.exp(-speed / width) for width, share in AT_REST])
@@ -137,7 +133,7 @@ def _further_lag(plant: Mapping[str, float]) -> float:
 
 USUAL = (
     UsualEffect("stiffness of the oil", "modulus_pressure", lambda _: 15.0,
-                "5 to 12 of oil alone, more beside hoses (Gholizadeh et al. 2011)"),
+                "5 to 12 of oil alone, more with hoses (Gholizadeh et al. 2011)"),
     UsualEffect("stiffness of the oil", "entrained_air", lambda _: 0.003, "assumed: 0.1 to 1 %"),
     UsualEffect("dynamics of the spool", "driver_lag", _further_lag, "coil and driver"),
     UsualEffect("dynamics of the spool", "pilot_lag", _further_lag, "Thayer 1965"),

@@ -26,7 +26,7 @@ def test_what_is_integrated_out_is_the_inverse_root_of_the_covariance() -> None:
 
 
 def test_a_column_that_is_not_finite_changes_nothing() -> None:
-    """A run that leaves the model's range tells nothing of a form."""
+    """A run that leaves the model's range removes nothing."""
     rows = np.ones((1, 10))
     nothing = integrated_out(np.full((2, 10), np.nan))
     np.testing.assert_array_equal(nothing.of(rows), rows)
@@ -41,7 +41,7 @@ def test_an_oil_that_stiffens_with_pressure_is_no_misfit() -> None:
     predictor = Observer(model, INSTRUMENTS)
     point = model.par, model.chan
     for changes, most, least in (
-        ({"modulus_pressure_rise": 10.0}, 0.5, 0.0), ({"null_bias_current": 5e-5}, 1.0, 0.7),
+        ({"modulus_pressure_rise": 10.0}, 0.5, 0.0), ({"null_bias_bias": 5e-5}, 1.0, 0.7),
     ):  # fmt: skip
         experiment = recorded(changes, "waves", 3, 1.0)
         sound = recorded({}, "waves", 3, 1.0)

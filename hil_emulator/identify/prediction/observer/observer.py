@@ -254,7 +254,7 @@ class Observer:
         return self.integrated_out(frozen, columns.reshape(terms.shape[1], -1))
 
     def integrated_out(self, frozen: Frozen, rows: Columns) -> Columns:
-        """Return residuals or derivatives beside what base laws of another form may do."""
+        """Return residuals or derivatives with other forms of the base laws integrated out."""
         if frozen.forms is None:
             return rows
         return frozen.forms.of(rows).astype(rows.dtype, copy=False)

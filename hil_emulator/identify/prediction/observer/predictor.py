@@ -61,7 +61,7 @@ class Predictor(Protocol):
         """Let base laws be of another published form along the run at these parameters."""
 
     def integrated_out(self, frozen: Any, rows: Array) -> Array:
-        """Return residuals or derivatives, shape (..., residuals), beside such other forms."""
+        """Return rows, shape (..., residuals), with such forms integrated out."""
 
     def regressors(self, frozen: Any, path: Array) -> Regressors:
         """Return what a term may depend on."""
