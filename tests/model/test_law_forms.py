@@ -10,7 +10,7 @@ from hil_emulator.model.law_forms import (
     FORMS,
     RESISTANCES_IN_SERIES,
     USUAL,
-    Run,
+    ModelRun,
     laminar_transition,
 )
 from hil_emulator.model.servo_valve import transition

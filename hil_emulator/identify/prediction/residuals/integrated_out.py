@@ -29,7 +29,7 @@ class IntegratedOut:
     removed: Array
 
     def of(self, rows: Array | Single) -> Array:
-        """Return residuals or derivatives, shape (..., residuals), with the differences integrated out."""
+        """Return rows, shape (..., residuals), with the differences integrated out."""
         return np.asarray(rows - ((rows @ self.directions) * self.removed) @ self.directions.T)
 
 
