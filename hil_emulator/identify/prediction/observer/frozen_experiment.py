@@ -12,6 +12,7 @@ from hil_emulator.identify.prediction.model_run.records import (
     Start,
     Tuning,
 )
+from hil_emulator.identify.prediction.residuals.integrated_out import IntegratedOut
 
 
 @dataclass
@@ -33,6 +34,7 @@ class Frozen:
         probed: what the probes do, see `Observer.probed`; None as long as nobody has asked.
         recent: the points at which it was last predicted, and the whitened innovations there: a fit
             often begins where another one has been.
+        forms: what base laws of another form may do, integrated out of every residual.
         seen: a point, what the sensors met there, and the whitened innovations: many sensors are
             asked for at one.
 
@@ -51,6 +53,7 @@ class Frozen:
     chan: Array
     weights: Array
     probed: Entries | None = None
+    forms: IntegratedOut | None = None
     # not an argument: with other data or gains, what was predicted before would not hold
     recent: dict[bytes, Array] = field(default_factory=dict, init=False)
     seen: tuple[bytes, Seen, Array] | None = field(default=None, init=False)

@@ -20,6 +20,7 @@ from hil_emulator.identify.prediction.model_run.records import (
     Seen,
     Start,
 )
+from hil_emulator.identify.prediction.observer.form_deviations import columns
 from hil_emulator.identify.prediction.observer.frozen_experiment import Frozen
 from hil_emulator.identify.prediction.observer.integration_steps import (
     CAREFUL_STEP,
@@ -30,6 +31,7 @@ from hil_emulator.identify.prediction.observer.tuning import decay, tuning
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.prediction.plant.probes import PROBES
 from hil_emulator.identify.prediction.residuals.correlation import Noise
+from hil_emulator.identify.prediction.residuals.integrated_out import integrated_out
 from hil_emulator.identify.prediction.residuals.noise import noise_levels, quiet_rms
 from hil_emulator.model.sensors import wiring
 
@@ -249,7 +251,18 @@ class Observer:
         entry = self.entry(frozen, balance)
         columns = self._propagated(frozen, entry, terms[: 0 if balance.channel else count], outputs)
         columns *= frozen.weights.astype(np.float32)
-        return columns.reshape(terms.shape[1], -1)
+        return self.integrated_out(frozen, columns.reshape(terms.shape[1], -1))
+
+    def integrated_out(self, frozen: Frozen, rows: Columns) -> Columns:
+        """Return residuals or derivatives with other forms of the base laws integrated out."""
+        if frozen.forms is None:
+            return rows
+        return frozen.forms.of(rows).astype(rows.dtype, copy=False)
+
+    def relax(self, frozen: Frozen, par: Array, chan: Array) -> None:
+        """Let base laws be of another published form along the run at these parameters."""
+        frozen.forms = None
+        frozen.forms = integrated_out(columns(self, frozen, par, chan))
 
     def _propagated(self, frozen: Frozen, entry: Entries, inputs: Array, outputs: Array) -> Single:
         """Return what terms make of the whitened innovations, shape (terms, samples, channels)."""

@@ -57,6 +57,12 @@ class Predictor(Protocol):
         They may be linearised along those at the point.
         """
 
+    def relax(self, frozen: Any, par: Array, chan: Array) -> None:
+        """Let base laws be of another published form along the run at these parameters."""
+
+    def integrated_out(self, frozen: Any, rows: Array) -> Array:
+        """Return rows, shape (..., residuals), with such forms integrated out."""
+
     def regressors(self, frozen: Any, path: Array) -> Regressors:
         """Return what a term may depend on."""
 
@@ -72,3 +78,14 @@ class Predictor(Protocol):
             One row per term, flat, shape (terms, samples * channels).
 
         """
+
+
+class ExactForms:
+    """What predicts without those base laws whose forms differ."""
+
+    def relax(self, frozen: Any, par: Array, chan: Array) -> None:
+        """Do nothing."""
+
+    def integrated_out(self, frozen: Any, rows: Array) -> Array:
+        """Return the rows."""
+        return rows

@@ -178,12 +178,13 @@ def frozen_at(predictor: Predictor, experiment: Experiment, point: Point) -> obj
     """Return an experiment frozen and weighed at a point."""
     frozen = predictor.freeze(experiment, *point)
     predictor.weigh(frozen, *point)
+    predictor.relax(frozen, *point)
     return frozen
 
 
 def residual(predictor: Predictor, frozen: object, point: Point) -> Array:
     """Return the residual of one experiment at a point, flat."""
-    return tamed(predictor.innovations(frozen, *point)[0])
+    return predictor.integrated_out(frozen, tamed(predictor.innovations(frozen, *point)[0]))
 
 
 def other_sensors(
@@ -191,4 +192,4 @@ def other_sensors(
 ) -> Array:
     """Return the residual of one experiment at points with the plant of another one, each flat."""
     found = predictor.with_other_sensors(frozen, *base, [chan for _, chan in points])
-    return tamed(found).reshape(len(points), -1)
+    return predictor.integrated_out(frozen, tamed(found).reshape(len(points), -1))

@@ -1,0 +1,45 @@
+"""What base laws of another published form would do along a run."""
+
+import numpy as np
+
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.observer.frozen_experiment import Frozen
+from hil_emulator.identify.prediction.observer.predictor import Predictor
+from hil_emulator.model.declare import is_on
+from hil_emulator.model.law_forms import FORMS, USUAL, ModelRun
+
+
+def columns(predictor: Predictor, frozen: Frozen, par: Array, chan: Array) -> Array:
+    """Return what one standard deviation of each difference does along the run at a point.
+
+    Returns:
+        weighted whitened innovations, shape (differences, residuals).
+
+    """
+    path = predictor.innovations(frozen, par, chan, track=True)[1]
+    signals = {name: path[:, i] for i, name in enumerate(predictor.model.signal_names)}
+    plant = dict(zip(predictor.model.kernel.parameters.names or (), par.tolist(), strict=True))
+    run = ModelRun(signals, plant)
+    balances = {b.name: b for b in predictor.balances if not b.channel}
+    changes = [np.zeros((0, frozen.data.measured.size))]
+    for form in (f for f in FORMS if set(f.balances) <= set(balances)):
+        terms = form.terms(run)
+        each = [predictor.through(frozen, balances[name], terms[name]) for name in terms]
+        changes.append(np.sum(each, axis=0, dtype=np.float64))
+    return np.concatenate([*changes, *_usual(predictor, frozen, par, chan)])
+
+
+def _usual(predictor: Predictor, frozen: Frozen, par: Array, chan: Array) -> list[Array]:
+    """Return the same of each effect that every machine has a little of, shape (1, residuals)."""
+    model, base = predictor.model, predictor.innovations(frozen, par, chan)[0]
+    effects = {e.name: e for e in model.effects}
+    changes = []
+    for usual in (u for u in USUAL if u.name in effects):
+        knob = effects[usual.name].field_of(effects[usual.name].knob)
+        at = list(model.kernel.parameters.names or ()).index(knob)
+        if is_on(effects[usual.name], par[at]):
+            continue
+        other = par.copy()
+        other[at] = usual.size(model.plant_values)
+        changes.append((predictor.innovations(frozen, other, chan)[0] - base).reshape(1, -1))
+    return changes

@@ -1,0 +1,141 @@
+"""How far published forms of each base law differ from the model's.
+
+The model states each base law in one form. Another maker's valve, oil or seal follows another
+published form of the same law: both agree where the law is established, and differ where it bends.
+Identification does not report such a difference: it integrates it out, with the standard deviations
+given here (`identify.prediction.observer.form_deviations`).
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hil_emulator.model.servo_valve import transition
+from hil_emulator.model.stages import FLOW_A, FLOW_B, PISTON
+
+Array = NDArray[np.float64]
+Terms = Mapping[str, Array]
+"""By balance: what one standard deviation of each shape adds to it, shape (samples, shapes). The
+same shape has the same size in every balance."""
+
+
+@dataclass(frozen=True)
+class ModelRun:
+    """A run of the model.
+
+    Attributes:
+        signals: along it, each of shape (samples,).
+        plant: parameters.
+
+    """
+
+    signals: Mapping[str, Array]
+    plant: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class LawForm:
+    """The published forms of one base law.
+
+    Attributes:
+        law: in words.
+        balances: into which its output enters.
+        terms: by which a run of another form differs.
+        source: of the forms.
+
+    """
+
+    law: str
+    balances: tuple[str, ...]
+    terms: Callable[[ModelRun], Terms]
+    source: str
+
+
+RESISTANCES_IN_SERIES = 0.7
+"""Standard deviation of the share of the way from the model's form to that of resistances in
+series (assumed: both are usual)."""
+
+
+def laminar_transition(run: ModelRun) -> Terms:
+    """Return how the flow of a laminar and a turbulent resistance in series differs.
+
+    With x = u sqrt(dp) and s = T/x, the model passes q = K x (1 + s⁴)^(-1/4), resistances in series
+    K x/(sqrt(1 + s²/4) + s/2). x follows from the flow of the model: x⁸ - (q/K)⁴ (x⁴ + T⁴) = 0.
+    """
+    turbulent = max(transition(SimpleNamespace(**run.plant), 1.0), 1e-12)
+    terms = {}
+    for balance, name in ((FLOW_A, "flow_a"), (FLOW_B, "flow_b")):
+        flow = run.signals[name]
+        y = (flow / (run.plant["valve_gain"] * turbulent)) ** 4
+        s = np.maximum(0.5 * (y + np.sqrt(y * y + 4.0 * y)), 1e-24) ** -0.25
+        series = [_in_series(wide * s) for wide in (1.0, 3.0)]
+        whole = (1.0 + s**4) ** 0.25 * flow
+        change = np.column_stack([series[0] - (1.0 + s**4) ** -0.25, series[1] - series[0]])
+        terms[balance] = RESISTANCES_IN_SERIES * whole[:, None] * change
+    return terms
+
+
+def _in_series(s: Array) -> Array:
+    """Return the flow over the turbulent one."""
+    return 1.0 / (np.sqrt(1.0 + 0.25 * s**2) + 0.5 * s)
+
+
+AT_REST = ((0.3, 0.5), (1.5, 0.5), (5.0, 0.1))
+"""Widths over the transition velocity, and standard deviation of the friction there (assumed)."""
+
+
+def friction_at_rest(run: ModelRun) -> Terms:
+    """Return how dry friction by another law differs at rest and in reversal."""
+    speed = np.abs(run.signals["velocity"]) / run.plant["friction_transition_velocity"]
+    fading = np.column_stack([share * np.exp(-speed / width) for width, share in AT_REST])
+    return {PISTON: run.signals["friction_force"][:, None] * fading}
+
+
+FORMS = (
+    LawForm("flow through an edge from laminar to turbulent", (FLOW_A, FLOW_B), laminar_transition,
+            "turbulent at any opening, by a critical Reynolds number (Merritt 1967, 3.2), or with "
+            "the laminar and the turbulent drop in series (Borutzky et al. 2002)"),
+    LawForm("dry friction at rest and in reversal", (PISTON,), friction_at_rest,
+            "tanh, Dahl, LuGre, Karnopp (Armstrong-Helouvry, Dupont and Canudas de Wit 1994)"),
+)  # fmt: skip
+"""Base laws whose published forms differ near a singular place."""
+
+
+@dataclass(frozen=True)
+class UsualEffect:
+    """An effect that machines have to some extent without a data sheet that states it.
+
+    Attributes:
+        law: the base law that it refines, in words.
+        name: of the effect.
+        size: standard deviation of its knob in a machine, from the machine's parameters.
+        source: of the size.
+
+    """
+
+    law: str
+    name: str
+    size: Callable[[Mapping[str, float]], float]
+    source: str
+
+
+THIRD_ORDER = 0.3
+"""A further time constant of the spool over that of its second order (assumed)."""
+
+
+def _further_lag(plant: Mapping[str, float]) -> float:
+    return THIRD_ORDER / (2.0 * math.pi * plant["valve_natural_frequency"])
+
+
+USUAL = (
+    UsualEffect("stiffness of the oil", "modulus_pressure", lambda _: 15.0,
+                "5 to 12 of oil alone, more with hoses (Gholizadeh et al. 2011)"),
+    UsualEffect("stiffness of the oil", "entrained_air", lambda _: 0.003, "assumed: 0.1 to 1 %"),
+    UsualEffect("dynamics of the spool", "driver_lag", _further_lag, "coil and driver"),
+    UsualEffect("dynamics of the spool", "pilot_lag", _further_lag, "Thayer 1965"),
+)  # fmt: skip
+"""Effects that every machine has a little of."""
