@@ -1,1 +1,1 @@
-"""How fast the emulator is on this machine."""
+"""Measurements of the emulator's speed on this machine, for the command `bench`."""

@@ -1,4 +1,4 @@
-"""What each effect of the plant alone costs: a step with it on, beside one without it."""
+"""Computing time of each effect of the plant: an integration step with the effect and without."""
 
 import time
 from collections.abc import Callable
@@ -21,9 +21,9 @@ class EffectCost:
     """The cost of one effect.
 
     Attributes:
-        effect: its name.
-        step_us: a step of the actuator with it on, at its typical value [us].
-        relative: that over a step without it; both of a model that knows the whole catalogue.
+        effect: name of the effect.
+        step_us: integration step with the effect at its typical value [us].
+        relative: `step_us` over a step without the effect; both models have the whole catalogue.
 
     """
 
@@ -33,13 +33,13 @@ class EffectCost:
 
 
 def measure_effects(
-    config: Configuration, cache: Path, say: Callable[[str], None]
+    config: Configuration, cache: Path, report: Callable[[str], None]
 ) -> list[EffectCost]:
-    """Switch on, one at a time, what the configuration leaves off; the dearest first."""
-    say("Preparing the model ...")
+    """Return the cost of each effect that the configuration leaves off, the highest first."""
+    report("Preparing the model ...")
     model = compiled(config.effects, cache)
-    found = [_cost(model, config, effect) for effect in config.effects if _is_off(effect, config)]
-    return sorted(found, key=lambda cost: -cost.relative)
+    costs = [_cost(model, config, effect) for effect in config.effects if _is_off(effect, config)]
+    return sorted(costs, key=lambda cost: -cost.relative)
 
 
 def _is_off(effect: Effect, config: Configuration) -> bool:
@@ -48,13 +48,13 @@ def _is_off(effect: Effect, config: Configuration) -> bool:
 
 
 def _cost(model: Kernel, config: Configuration, effect: Effect) -> EffectCost:
-    """Measure both in turn, so that what slows the machine slows both."""
+    """Measure with and without the effect in turn, so that other load slows both alike."""
     typical = {effect.field_of(effect.knob): effect.knob.typical}
     plants = [Plant(model, config.plant | changes, config.step) for changes in ({}, typical)]
-    without, beside = (min(times) for times in zip(
+    without, with_effect = (min(times) for times in zip(
         *([_step_us(plant) for plant in plants] for _ in range(_REPEATS)), strict=True
     ))  # fmt: skip
-    return EffectCost(effect.name, beside, beside / without)
+    return EffectCost(effect.name, with_effect, with_effect / without)
 
 
 def _step_us(plant: Plant) -> float:

@@ -1,4 +1,4 @@
-"""How long it takes to find what is missing, and how much memory."""
+"""Time and memory that `identify` takes to find a missing effect."""
 
 import os
 import tempfile
@@ -14,30 +14,30 @@ if TYPE_CHECKING:
     from hil_emulator.bench.search_phases import SearchPhases
 
 HIDDEN = "external_leakage"
-"""What is missing: an effect that acts in every experiment."""
+"""The hidden effect: one that acts in every experiment."""
 
 EXPERIMENTS = 7
-"""That `hide` makes, training and validation."""
+"""Number of experiments that `hide` makes, training and validation."""
 
 SHORTEST = 1.0
-"""Duration of the shortest useful one [s] (assumed)."""
+"""Duration of the shortest useful experiment [s] (assumed)."""
 
 WARMING = 1.5
-"""Duration of the experiments on which the machine code is made and kept [s]."""
+"""Duration of the experiments that fill the cache of machine code [s]."""
 
 
 @dataclass(frozen=True)
 class SearchCost:
-    """What was measured of `identify`, each time as a process of its own.
+    """Time and memory of `identify`, each run as a separate process.
 
     Attributes:
-        data_s: duration of all experiments.
-        alone_s: from start to end, in one thread.
-        alone_mb: most memory that it had.
-        jobs: threads of the second run.
-        shared_s: the same with these.
-        shared_mb: most memory that it had.
-        phases: where the time of one thread goes, measured once more.
+        data_s: duration of all experiments [s].
+        alone_s: run time with one thread [s].
+        alone_mb: peak memory with one thread [MB].
+        jobs: number of threads of the second run.
+        shared_s: run time with `jobs` threads [s].
+        shared_mb: peak memory with `jobs` threads [MB].
+        phases: run time with one thread by phase, from a third run under the profiler.
 
     """
 
@@ -50,14 +50,16 @@ class SearchCost:
     phases: "SearchPhases"
 
 
-def measure_finding(files: Sequence[Path], data: float, say: Callable[[str], None]) -> SearchCost:
+def measure_finding(
+    files: Sequence[Path], data: float, report: Callable[[str], None]
+) -> SearchCost:
     """Hide an effect in a configuration, and find it in recordings of `data` seconds.
 
     Raises:
-        UserError: if the configuration is wrong, or too little is asked for.
+        UserError: if the configuration is wrong, or `data` is too short.
 
     """
-    # a process that is started counts what this one holds as its own
+    # a child's peak memory starts with the memory of this process
     from hil_emulator.bench.search_phases import measure_phases
 
     if data < EXPERIMENTS * SHORTEST:
@@ -66,22 +68,22 @@ def measure_finding(files: Sequence[Path], data: float, say: Callable[[str], Non
     jobs = max(2, os.cpu_count() or 1)
     with tempfile.TemporaryDirectory() as folder:
         warm, full = Path(folder) / "warm", Path(folder) / "full"
-        say("Preparing recordings and machine code ...")
+        report("Preparing recordings and machine code ...")
         for made, duration in ((warm, WARMING), (full, data / EXPERIMENTS)):
             each = ["--duration", f"{duration} s", "--seed", "1", "--out", str(made)]
             time_and_memory(["hide", HIDDEN, *(f"--config={f}" for f in files), *each])
         _identify(warm, 1)
-        say("One thread ...")
+        report("One thread ...")
         alone = _identify(full, 1)
-        say(f"{jobs} threads ...")
+        report(f"{jobs} threads ...")
         shared = _identify(full, jobs)
-        say("One thread, under the profiler ...")
+        report("One thread, under the profiler ...")
         phases = measure_phases(_arguments(full, 1))
     return SearchCost(data, *alone, jobs, *shared, phases)
 
 
 def _identify(made: Path, jobs: int) -> tuple[float, float]:
-    """Return time [s] and memory [MB] of a search in practice data."""
+    """Return run time [s] and peak memory [MB] of a search in practice data."""
     return time_and_memory(_arguments(made, jobs))
 
 

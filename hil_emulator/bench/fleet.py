@@ -1,4 +1,4 @@
-"""Eight actuators, one CANopen node per instrument, on four full buses: a quadruped's worth."""
+"""Lock-step speed of a quadruped: eight actuators, a CANopen node per instrument, four buses."""
 
 import itertools
 import struct
@@ -30,16 +30,16 @@ _START_ALL = Frame(0x000, bytes([1, 0]))
 
 @dataclass(frozen=True)
 class FleetSpeed:
-    """What was measured, and where a tick's time goes; durations in microseconds.
+    """Speed of a machine of several actuators, and the parts of a tick; durations in microseconds.
 
     Attributes:
-        nodes: CANopen nodes in all.
+        nodes: number of CANopen nodes.
         pdos_per_ms: TPDOs sent per emulated millisecond on each bus.
         lockstep_x: emulated over elapsed time.
         tick_us: one tick of all actuators.
-        plant_us: of it, integrating the actuators.
-        bus_us: of it, handing the frames to python-can's virtual bus.
-        rest_us: of it, sensors and nodes.
+        plant_us: part of the tick that integrates the actuators.
+        bus_us: part of the tick that sends frames to python-can's virtual bus.
+        rest_us: remaining part of the tick: sensors and nodes.
 
     """
 
@@ -90,7 +90,7 @@ def _measured(
 
 
 def fleet(count: int) -> MachineSettings:
-    """Return a machine of so many actuators, an even number, two on each bus."""
+    """Return a machine of `count` actuators (an even number), two on each bus."""
     config = load([shipped("configs/hyq_knee.toml"), shipped("configs/hyq_knee_separate.toml")])
     names = [f"bus {i}" for i in range(count // _PER_BUS)]
     actuators: list[ActuatorSettings] = []
@@ -98,21 +98,21 @@ def fleet(count: int) -> MachineSettings:
         shifted = tuple(
             replace(node, id=node.id + place * len(config.nodes)) for node in config.nodes
         )
-        own = replace(config, nodes=shifted, seed=config.seed + len(actuators))
-        actuators.append(ActuatorSettings(f"{name} {place}", own, name))
+        one_config = replace(config, nodes=shifted, seed=config.seed + len(actuators))
+        actuators.append(ActuatorSettings(f"{name} {place}", one_config, name))
     buses = {n: {"interface": "virtual", "channel": f"bench {n}"} for n in names}
     return MachineSettings(tuple(actuators), buses, dict.fromkeys(names, WireSettings()))
 
 
 def combined(count: int) -> MachineSettings:
-    """Return a machine of so many actuators with a node each, eight on each bus."""
+    """Return a machine of `count` actuators with a node each, eight on each bus."""
     config = load([shipped("configs/hyq_knee.toml")])
     names = [f"bus {i}" for i in range(count // _PER_FULL_BUS)]
     actuators: list[ActuatorSettings] = []
     for name, place in itertools.product(names, range(_PER_FULL_BUS)):
         nodes = (replace(config.nodes[0], id=1 + place),)
-        own = replace(config, nodes=nodes, seed=config.seed + len(actuators))
-        actuators.append(ActuatorSettings(f"{name} {place}", own, name))
+        one_config = replace(config, nodes=nodes, seed=config.seed + len(actuators))
+        actuators.append(ActuatorSettings(f"{name} {place}", one_config, name))
     buses = {n: {"interface": "virtual", "channel": f"bench {n}"} for n in names}
     return MachineSettings(tuple(actuators), buses, dict.fromkeys(names, WireSettings()))
 
@@ -126,7 +126,7 @@ def leave_one_tpdo(machine: Machine) -> None:
 
 @contextmanager
 def operational(settings: MachineSettings, cache: Path) -> Iterator[tuple[Machine, list[Bus]]]:
-    """Yield the machine with all nodes started, and a peer on each of its buses."""
+    """Yield the machine with all nodes OPERATIONAL, and a peer on each bus."""
     with ExitStack() as stack:
         tables = settings.buses
         buses = {name: stack.enter_context(Bus(table)) for name, table in tables.items()}
@@ -140,14 +140,14 @@ def operational(settings: MachineSettings, cache: Path) -> Iterator[tuple[Machin
 
 
 def commands(settings: MachineSettings) -> list[Frame]:
-    """Return SYNC, and the set points of both valves on a bus: active, a tenth of the range."""
+    """Return SYNC and the set points of both valves of a bus: 10 % of the range, valves active."""
     data = struct.pack("<Hh", 0x0F, 1638)
     valves = [a.config.nodes[0].id for a in settings.actuators[:_PER_BUS]]
     return [SYNC, *(Frame(0x200 + valve, data) for valve in valves)]
 
 
 def exchange(peers: list[Bus], frames: list[Frame]) -> int:
-    """Send frames on every bus and count what the emulator had sent."""
+    """Send frames on every bus; return the number of frames that the emulator had sent."""
     count = 0
     for peer in peers:
         while arrived := peer.receive():
@@ -157,7 +157,7 @@ def exchange(peers: list[Bus], frames: list[Frame]) -> int:
 
 
 def timed_ticks(machine: Machine, peers: list[Bus], frames: list[Frame]) -> tuple[float, int]:
-    """Return the time of `TICKS` [s] and the frames sent in them; the peers' work is not in."""
+    """Return the time of `TICKS` ticks [s] without the peers' work, and the frames sent."""
     elapsed, sent = 0.0, -exchange(peers, [])
     for _ in range(TICKS):
         sent += exchange(peers, frames)

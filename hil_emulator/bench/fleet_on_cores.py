@@ -1,4 +1,4 @@
-"""The same fleet on all cores, and twice as many actuators under the wall clock."""
+"""Speed of the quadruped on all cores, and of twice as many actuators in real time."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -32,17 +32,17 @@ _REPEATS = 5
 
 @dataclass(frozen=True)
 class FleetOnCores:
-    """What was measured with a process for each core.
+    """Speed and punctuality with a process for each core.
 
     Attributes:
-        processes: how many there were.
-        lockstep_x: emulated over elapsed time of eight actuators, that of the slowest process.
-        combined_x: the same of as many nodes of one actuator each as fill four buses.
-        held: actuators under the wall clock.
-        lateness_us: p99 of how late their ticks began, in the process that was latest.
-        execution_us: p99 of how long they took there, likewise.
-        late: ticks that began a whole period late or more, of all processes.
-        ticks: of how many.
+        processes: number of processes.
+        lockstep_x: emulated over elapsed time of eight actuators, of the slowest process.
+        combined_x: emulated over elapsed time of 32 one-node actuators, of the slowest process.
+        held: number of actuators in real time.
+        lateness_us: p99 of the ticks' lateness in real time, of the latest process [us].
+        execution_us: p99 of the ticks' duration in real time, of the slowest process [us].
+        late: number of ticks that began a whole period late or more, in all processes.
+        ticks: number of ticks in all processes.
 
     """
 
@@ -57,7 +57,7 @@ class FleetOnCores:
 
 
 def measure_on_cores(cache: Path, duration: float) -> FleetOnCores:
-    """Run machines in lock-step, and sixteen actuators under the wall clock for `duration` [s]."""
+    """Run machines in lock-step, and sixteen actuators in real time for `duration` [s]."""
     cores = usable_cores()
     quadruped, doubled = fleet(QUADRUPED), fleet(2 * QUADRUPED)
     held: list[Timing] = _at_once(doubled, cores, partial(_kept, duration), cache)
@@ -74,7 +74,7 @@ def measure_on_cores(cache: Path, duration: float) -> FleetOnCores:
 
 
 Work = Callable[[MachineSettings, Path, Callable[[], None]], Any]
-"""What is done with a part of the machine; it calls something when it is about to begin."""
+"""Measurement on a part of the machine; it calls its last argument just before it begins."""
 
 
 def _lockstep_x(settings: MachineSettings, work: Work, cache: Path) -> float:
@@ -85,8 +85,8 @@ def _lockstep_x(settings: MachineSettings, work: Work, cache: Path) -> float:
 
 
 def _at_once(settings: MachineSettings, cores: int, work: Work, cache: Path) -> list[Any]:
-    """Return what each part's process has found; all begin together."""
-    workers = [Worker(partial(_tell, part, work, cache)) for part in parts(settings, cores)]
+    """Return the result of each part's process; all processes begin together."""
+    workers = [Worker(partial(_send_result, part, work, cache)) for part in parts(settings, cores)]
     for worker in workers:
         worker.line.recv()
     for worker in workers:
@@ -100,7 +100,7 @@ def _answer(worker: Worker) -> Any:
     return answer
 
 
-def _tell(part: MachineSettings, work: Work, cache: Path, line: Connection) -> None:
+def _send_result(part: MachineSettings, work: Work, cache: Path, line: Connection) -> None:
     def begin() -> None:
         line.send("ready")
         line.recv()
@@ -116,7 +116,7 @@ def _timed(part: MachineSettings, cache: Path, begin: Callable[[], None]) -> flo
 
 
 def _timed_combined(part: MachineSettings, cache: Path, begin: Callable[[], None]) -> float:
-    """Return the same of nodes with a TPDO each, at every SYNC."""
+    """Return the time of `TICKS` in lock-step with one TPDO per node, sent at every SYNC [s]."""
     with operational(part, cache) as (machine, peers):
         leave_one_tpdo(machine)
         begin()
@@ -124,7 +124,7 @@ def _timed_combined(part: MachineSettings, cache: Path, begin: Callable[[], None
 
 
 def _kept(duration: float, part: MachineSettings, cache: Path, begin: Callable[[], None]) -> Timing:
-    """Return how punctual ticks were under the wall clock, with set points and SYNC in each."""
+    """Return the timing of ticks in real time, with set points and SYNC in each tick."""
     timing, frames = Timing(), commands(part)
     with operational(part, cache) as (machine, peers):
         realtime.apply()

@@ -1,4 +1,4 @@
-"""A fingerprint of what a node sends: versions of the program that agree in it send the same."""
+"""Digest of the frames that a node sends, to compare versions of the program."""
 
 import hashlib
 import math
@@ -13,14 +13,14 @@ from hil_emulator.simulation.assembly import assemble
 _CHANNEL = "hil-emulator bench, digest"
 _TICKS = 5_000
 _AMPLITUDE, _PERIOD = 4e6, 1500.0
-"""Of the set point, in digits of the object and ticks: the rod meets both of its ends, and a
-chamber's oil is torn apart."""
+"""Set point [digits of the object] and its duration [ticks]: the rod reaches both ends, and a
+chamber cavitates."""
 
 
 def frames_digest(config: Configuration, cache: Path) -> str:
     """Return the SHA-256 of all frames of a run in lock-step: identifier, length and data of each.
 
-    Set point and SYNC come in each of its ticks.
+    Each tick receives a set point and a SYNC.
     """
     digest = hashlib.sha256()
     node = config.nodes[0].id

@@ -1,4 +1,4 @@
-"""A command of this program as a process of its own: how long it takes, and how much memory."""
+"""Run time and peak memory of a command of this program, run as a separate process."""
 
 import os
 import subprocess
@@ -15,28 +15,28 @@ def time_and_memory(
     arguments: Sequence[str], environment: Mapping[str, str] | None = None,
     profile: Path | None = None,
 ) -> tuple[float, float]:  # fmt: skip
-    """Run a command of this program; return time [s] and most memory [MB].
+    """Run a command of this program; return run time [s] and peak memory [MB].
 
     Args:
-        arguments: of the command line.
-        environment: variables besides those of this process.
-        profile: file for what Python's profiler sees of it.
+        arguments: arguments of the command line.
+        environment: additional environment variables.
+        profile: file for the output of Python's profiler.
 
     Raises:
-        UserError: what the command said when it failed.
+        UserError: if the command fails, with the command's last message.
 
     """
     watched = [] if profile is None else ["-m", "cProfile", "-o", str(profile)]
     begin = time.perf_counter()
-    with tempfile.TemporaryFile("w+") as told:
+    with tempfile.TemporaryFile("w+") as errors:
         process = subprocess.Popen(
             [sys.executable, *watched, "-m", "hil_emulator", *arguments],
-            stdout=subprocess.DEVNULL, stderr=told, env={**os.environ, **(environment or {})},
+            stdout=subprocess.DEVNULL, stderr=errors, env={**os.environ, **(environment or {})},
         )  # fmt: skip
         _, status, usage = os.wait4(process.pid, 0)
         process.returncode = os.waitstatus_to_exitcode(status)
-        told.seek(0)
+        errors.seek(0)
         if process.returncode:
-            said = told.read().strip().rpartition("\n")[2].removeprefix("hil-emulator: ")
-            raise UserError(f"{arguments[0]}: {said}")
+            message = errors.read().strip().rpartition("\n")[2].removeprefix("hil-emulator: ")
+            raise UserError(f"{arguments[0]}: {message}")
     return time.perf_counter() - begin, usage.ru_maxrss / 1024.0

@@ -1,4 +1,4 @@
-"""What the panel costs: how late the loop's ticks are without it, and with so many pages open."""
+"""Cost of the panel: lateness of the loop's ticks without it and with one or more pages open."""
 
 import asyncio
 import json
@@ -17,11 +17,11 @@ import numpy as np
 from hil_emulator.protocol.stream import offset
 
 PAGES = (None, 0, 1, 4)
-"""Pages that are open; None is a run without a panel."""
+"""Numbers of open pages to measure; None is a run without a panel."""
 _SIGNALS = "position model.position load_force pressure_a pressure_b supply_pressure valve_current"
 _STAMP = struct.Struct("<d")
 _LATENESS = re.compile(r"lateness\s+p50 (\d+) us, p99 (\d+) us, p99.9 (\d+) us, max (\d+) us")
-_START_S = 3.0  # for pages to open, which does not count
+_START_S = 3.0  # time for pages to open, not measured
 
 
 @dataclass(frozen=True)
@@ -29,10 +29,10 @@ class PanelCost:
     """The cost of a panel.
 
     Attributes:
-        pages: how many were open; None without a panel.
-        lateness_us: p50, p99, p999 and max of how late ticks began.
-        latency_ms: p50 and p99 of the age of the newest tick in a message, when a page has it.
-        frames_per_s: messages that a page got.
+        pages: number of open pages; None without a panel.
+        lateness_us: p50, p99, p999 and max of the ticks' lateness [us].
+        latency_ms: p50 and p99 of the age of a message's newest tick when a page receives it [ms].
+        frames_per_s: messages that one page receives per second.
 
     """
 
@@ -43,14 +43,14 @@ class PanelCost:
 
 
 def measure_panel(
-    files: Sequence[Path], duration: float, say: Callable[[str], None]
+    files: Sequence[Path], duration: float, report: Callable[[str], None]
 ) -> list[PanelCost]:
     """Run the emulator once for each number of pages; each run takes `duration` [s]."""
-    found = []
+    costs = []
     for pages in PAGES:
-        say("without a panel ..." if pages is None else f"{pages} pages ...")
-        found.append(_run(files, duration, pages))
-    return found
+        report("without a panel ..." if pages is None else f"{pages} pages ...")
+        costs.append(_run(files, duration, pages))
+    return costs
 
 
 def _run(files: Sequence[Path], duration: float, pages: int | None) -> PanelCost:
@@ -61,21 +61,21 @@ def _run(files: Sequence[Path], duration: float, pages: int | None) -> PanelCost
         stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
     )  # fmt: skip
     assert emulator.stdout is not None
-    said = ""
+    output = ""
     for line in emulator.stdout:
-        said += line
+        output += line
         if line.startswith("Ctrl-C"):
             break
-    address = re.search(r"http://(\S+)/#(\S+)", said)
+    address = re.search(r"http://(\S+)/#(\S+)", output)
     ages: list[float] = []
     if address and pages:
         where = f"ws://{address[1]}/stream?token={address[2]}"
-        # the pages' own work is done elsewhere, as that of browsers is
+        # pages run in other processes, as browsers do
         with multiprocessing.get_context("spawn").Pool(pages) as pool:
-            found = pool.starmap(_page, [(where, duration)] * pages)
-            ages = [age for each in found for age in each]
-    said += emulator.communicate()[0]
-    late = _LATENESS.search(said)
+            ages_of_pages = pool.starmap(_page, [(where, duration)] * pages)
+            ages = [age for each in ages_of_pages for age in each]
+    output += emulator.communicate()[0]
+    late = _LATENESS.search(output)
     assert late is not None
     names = ("p50", "p99", "p999", "max")
     spread = np.percentile(ages, (50, 99)) if ages else (0.0, 0.0)
@@ -88,7 +88,7 @@ def _run(files: Sequence[Path], duration: float, pages: int | None) -> PanelCost
 
 
 def _page(where: str, duration: float) -> list[float]:
-    """Look for so long as a page does; return the age of each message [s]."""
+    """Receive messages for `duration` [s] as a page does; return the age of each message [s]."""
     return asyncio.run(_look(where, duration))
 
 

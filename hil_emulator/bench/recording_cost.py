@@ -1,4 +1,4 @@
-"""What a recording to a file takes of a tick."""
+"""Time that a recording to a file takes in a tick."""
 
 import tempfile
 import time
@@ -18,9 +18,9 @@ _SENT = [Frame(0x180 + i, bytes(8)) for i in range(4)]
 
 
 def measure_recording(config: Configuration, rig: Rig) -> dict[str, float]:
-    """Return p50 and p99 of what the loop does for its recording in a tick [us].
+    """Return p50 and p99 of the loop's time for its recording in a tick [us].
 
-    It is the time that this thread runs: the writer beside it, and other programs, do not count.
+    The CPU time of this thread is measured: the writer's process and other programs do not count.
     """
     spent = []
     with tempfile.TemporaryDirectory() as folder:

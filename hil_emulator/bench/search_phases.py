@@ -1,4 +1,4 @@
-"""Where the time of a search goes: by what it looks for, and by what it computes."""
+"""Run time of a search of `identify`, by phase and by compiled loop."""
 
 import pstats
 import tempfile
@@ -25,31 +25,31 @@ PHASES: dict[str, Callable[..., Any]] = {
     "sizes to begin with": Confirmation.best,
     "refits": CandidateRefits.refit,
     "free terms": score_terms,
-    "what acts beside": Discrepancies.__init__,
+    "discrepancies": Discrepancies.__init__,
     "conclusion": conclude,
 }
-"""What a search does, and the function that does it; `conclude` looks for ordinary parameters once
-more where it takes an effect out again."""
+"""Function of each phase of a search; `conclude` fits the ordinary parameters again if it removes
+an effect."""
 
 ARITHMETIC: dict[str, Callable[..., Any]] = {
     "predictions": Observer.innovations,
     "gains": Observer.freeze,
     "free terms": Observer.through,
 }
-"""What it computes in compiled loops."""
+"""Method of each compiled loop of a search."""
 
 
 @dataclass(frozen=True)
 class SearchPhases:
-    """What was measured under Python's profiler, in one thread.
+    """Run times and calls of a search under Python's profiler, in one thread.
 
     Attributes:
-        whole_s: of the search, without the start of the process and reading of files.
-        phases_s: of that, by what it looks for; see `PHASES`.
-        arithmetic_s: of that, by what it computes; see `ARITHMETIC`.
-        predictions: of one experiment each.
-        fits: of some parameters to all experiments.
-        over_arithmetic: how many times as long it takes as its arithmetic alone.
+        whole_s: run time of the search, without start of the process and reading of files [s].
+        phases_s: part of `whole_s` by phase, see `PHASES` [s].
+        arithmetic_s: part of `whole_s` by compiled loop, see `ARITHMETIC` [s].
+        predictions: number of predictions of one experiment.
+        fits: number of fits of some parameters to all experiments.
+        over_arithmetic: `whole_s` over the sum of `arithmetic_s`.
 
     """
 
@@ -62,38 +62,39 @@ class SearchPhases:
 
 
 def measure_phases(arguments: Sequence[str]) -> SearchPhases:
-    """Run `identify` with these arguments under the profiler, as a process of its own.
+    """Run `identify` with these arguments under the profiler, in a separate process.
 
     Raises:
-        UserError: what it said when it failed.
+        UserError: if `identify` fails, with its message.
 
     """
     with tempfile.TemporaryDirectory() as folder:
         kept = Path(folder) / "profile"
         time_and_memory(arguments, profile=kept)
-        seen = KeptProfile(kept)
-    whole, _ = seen.of(identify)
-    arithmetic = {name: seen.of(loop)[0] for name, loop in ARITHMETIC.items()}
-    return SearchPhases(
-        whole, {name: seen.of(phase)[0] for name, phase in PHASES.items()}, arithmetic,
-        seen.of(Observer.innovations)[1], seen.of(Fitter.fit)[1], whole / sum(arithmetic.values()),
-    )  # fmt: skip
+        profile = KeptProfile(kept)
+    whole, _ = profile.of(identify)
+    arithmetic = {name: profile.of(loop)[0] for name, loop in ARITHMETIC.items()}
+    _, predictions = profile.of(Observer.innovations)
+    _, fits = profile.of(Fitter.fit)
+    phases = {name: profile.of(phase)[0] for name, phase in PHASES.items()}
+    over_arithmetic = whole / sum(arithmetic.values())
+    return SearchPhases(whole, phases, arithmetic, predictions, fits, over_arithmetic)
 
 
 class KeptProfile:
-    """What the profiler of a process has kept.
+    """Output of Python's profiler.
 
     Args:
-        file: where.
+        file: file that the profiler has written.
 
     """
 
     def __init__(self, file: Path) -> None:
-        # the stubs know only of the report that is printed
+        # the type stubs cover the printed report only
         self._seen: dict[tuple[str, int, str], Any] = vars(pstats.Stats(str(file)))["stats"]
 
     def of(self, function: Callable[..., Any]) -> tuple[float, int]:
-        """Return the time in a function and all that it calls [s], and how often it was called."""
+        """Return a function's cumulative time [s] and its number of calls."""
         code = function.__code__
         key = code.co_filename, code.co_firstlineno, code.co_name
         _, calls, _, time, _ = self._seen.get(key, (0, 0, 0.0, 0.0, {}))

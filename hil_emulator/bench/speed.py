@@ -1,4 +1,4 @@
-"""The measurements: integration step, tick, lock-step speed, punctuality, TCP throughput."""
+"""Measures integration step, tick, lock-step speed, punctuality and TCP throughput."""
 
 import struct
 import subprocess
@@ -36,7 +36,7 @@ _TICKS = 5_000  # lock-step ticks timed at once
 _REPEATS = 5  # the best is kept: everything else on the machine can only slow it down
 _TCP_FRAMES = 20_000
 
-# A stock python-can client: counts until it has its share, then says how long that took.
+# A stock python-can client: receives {frames} frames, then prints the time that they took.
 _CLIENT = """
 import can, time
 bus = can.Bus(interface="socketcand", host="127.0.0.1", port={port}, channel="can0")
@@ -52,29 +52,30 @@ bus.shutdown()
 
 @dataclass(frozen=True)
 class Speeds:
-    """What was measured; durations in microseconds.
+    """Measured speeds; durations in microseconds.
 
     Attributes:
         rk4_step_us: one integration step of the configured actuator.
-        rk4_step_c_us: the same by the exported C and this machine's C compiler; None without one.
-        rk4_step_all_us: the same with every effect of the catalogue at its typical value.
-        rk4_step_all_c_us: that by the exported C.
-        rk4_step_shared_us: the same for each of two such actuators on one supply.
+        rk4_step_c_us: that step in the exported C; None without a C compiler.
+        rk4_step_all_us: a step with every effect of the catalogue at its typical value.
+        rk4_step_all_c_us: a step with every effect in the exported C; None without a C compiler.
+        rk4_step_shared_us: a step of each of two configured actuators on one supply.
         tick_us: p50 and p99 of a full tick in lock-step: one set point and a SYNC in, four TPDOs
             out to one listener on the virtual bus.
-        recording_us: p50 and p99 of what a recording to a file takes of a tick, frames and row.
+        recording_us: p50 and p99 of a tick's time for recording its frames and row to a file.
         lockstep_x: emulated over elapsed time of such ticks.
-        frames_sha256: digest of what the node sends in such ticks.
-        lateness_us: p50, p99, p999 and max of how late ticks began under the wall clock.
-        execution_us: the same of how long they took.
-        overruns: ticks that began a whole period late.
-        tcp_frames_per_s: frames a stock client in another process received through TCP.
-        realtime: the measures that were in force under the wall clock.
+        frames_sha256: digest of the frames that the node sends in such ticks.
+        lateness_us: p50, p99, p999 and max of the ticks' lateness in real time.
+        execution_us: p50, p99, p999 and max of the ticks' duration in real time.
+        overruns: number of ticks that began a whole period late.
+        tcp_frames_per_s: frames per second that a stock client in another process received by TCP.
+        realtime: real-time measures that were in force.
         fleet: eight actuators on four buses, in lock-step.
         full_buses: 32 actuators with a node and a TPDO each, which fill four buses of 1 Mbit/s.
-        fleet_on_cores: the same with a process for each core, and sixteen under the wall clock.
-        start: from the command line to the first ticks.
-        client: under the wall clock, with a client on TCP.
+        fleet_on_cores: both machines with a process for each core, and sixteen actuators in real
+            time.
+        start: time from the command line to the first ticks.
+        client: punctuality in real time with a client on TCP.
 
     """
 
@@ -100,38 +101,38 @@ class Speeds:
 
 
 def measure(
-    config: Configuration, cache: Path, duration: float, say: Callable[[str], None]
+    config: Configuration, cache: Path, duration: float, report: Callable[[str], None]
 ) -> Speeds:
-    """Measure everything; `duration` [s] is that of the wall-clock part."""
+    """Measure everything; `duration` [s] is the length of each run in real time."""
     settings = {"interface": "virtual", "channel": _CHANNEL}
-    say("Starts ...")
+    report("Starts ...")
     start = measure_start(config.files)
     with Bus(settings) as emulator, Bus(settings) as listener:
-        say("Preparing the model ...")
+        report("Preparing the model ...")
         rig = assemble(config, emulator, cache)
         master = _Master(listener, config.nodes[0].id)
         master.start(rig)
-        say("Integration step ...")
+        report("Integration step ...")
         step_us = _step_us(rig.plant)
         step_c_us = _step_in_c_us(acting(config), cache)
         step_all_us = _step_us(_with_everything(config, cache))
         step_all_c_us = _step_in_c_us(replace(config, plant=_typical(config)), cache)
         step_shared_us = _step_us(_two_on_one_supply(config, cache)) / 2
-        say("Lock-step ...")
+        report("Lock-step ...")
         lockstep_x, tick = _lockstep(rig, master)
         frames_sha256 = frames_digest(config, cache)
-        say("Recording ...")
+        report("Recording ...")
         recording_us = measure_recording(config, rig)
-        say("Eight actuators ...")
+        report("Eight actuators ...")
         fleet = measure_fleet(cache)
         full_buses = measure_combined(cache)
         fleet_on_cores = measure_on_cores(cache, duration)
-        say("TCP ...")
+        report("TCP ...")
         tcp_rate = _tcp_rate()
-        say(f"Wall clock, {duration:g} s ...")
+        report(f"Wall clock, {duration:g} s ...")
         measures = realtime.apply()
         wall = _wall_clock(rig, master, duration)
-        say(f"Wall clock with a TCP client, {duration:g} s at each rate ...")
+        report(f"Wall clock with a TCP client, {duration:g} s at each rate ...")
         client = measure_with_client(config, cache, duration)
     return Speeds(
         rk4_step_us=step_us,
@@ -157,7 +158,7 @@ def measure(
 
 
 class _Master:
-    """Sends a set point and a SYNC each tick and takes what comes back."""
+    """Sends a set point and a SYNC in each tick and receives the node's frames."""
 
     def __init__(self, bus: Bus, node_id: int) -> None:
         self._bus = bus
@@ -171,7 +172,7 @@ class _Master:
         rig.step()
 
     def exchange(self) -> None:
-        """Send this tick's frames and empty the queue."""
+        """Send this tick's frames and empty the receive queue."""
         self._bus.send(self._frames)
         while self._bus.receive():
             pass
@@ -189,7 +190,7 @@ def _with_everything(config: Configuration, cache: Path) -> Plant:
 
 
 def _two_on_one_supply(config: Configuration, cache: Path) -> Plant:
-    """Return one of two equal actuators on one supply; both move when it does."""
+    """Return one of two equal actuators on one supply; a step of it integrates both."""
     lean = acting(config)
     return on_one_supply(compiled(lean.effects, cache, 2), [lean.plant] * 2, config.step)[0]
 
@@ -225,7 +226,7 @@ def _step_in_c_us(config: Configuration, cache: Path) -> float | None:
 def _lockstep(rig: Rig, master: _Master) -> tuple[float, Timing]:
     """Return the best speed of several runs, and the ticks of that run.
 
-    The master's own work is not the emulator's: it is done between the ticks and not counted.
+    The master works between the ticks; its time is not counted.
     """
     best: tuple[float, Timing] = (0.0, Timing())
     for _ in range(_REPEATS):

@@ -1,4 +1,4 @@
-"""How long a run takes to its first ticks, and how much memory."""
+"""Time that `run` takes to its first ticks, and its peak memory."""
 
 import statistics
 import tempfile
@@ -13,12 +13,12 @@ _WARM_STARTS = 3
 
 @dataclass(frozen=True)
 class StartCost:
-    """What was measured of `run`, each time as a process from its start to its end.
+    """Time and memory of a short `run`, measured from process start to process end.
 
     Attributes:
-        cold_s: with an empty cache of machine code.
-        warm_s: with what that has left there, the median of three.
-        memory_mb: most memory, locked where the system lets it.
+        cold_s: time with an empty cache of machine code [s].
+        warm_s: time with a filled cache, the median of three runs [s].
+        memory_mb: peak memory, locked where the system allows it [MB].
 
     """
 
@@ -28,11 +28,11 @@ class StartCost:
 
 
 def measure_start(files: Sequence[Path]) -> StartCost:
-    """Start a run under the wall clock that ends after its first ticks."""
+    """Measure a run in real time that ends after its first ticks."""
     short = ["--bus", "virtual:bench start", "--duration", "10 ms"]
     arguments = ["run", *map(str, files), *short]
     with tempfile.TemporaryDirectory() as cache:
-        own = {"NUMBA_CACHE_DIR": cache}
-        cold_s, _ = time_and_memory(arguments, own)
-        warm = [time_and_memory(arguments, own) for _ in range(_WARM_STARTS)]
+        environment = {"NUMBA_CACHE_DIR": cache}
+        cold_s, _ = time_and_memory(arguments, environment)
+        warm = [time_and_memory(arguments, environment) for _ in range(_WARM_STARTS)]
     return StartCost(cold_s, statistics.median(s for s, _ in warm), max(mb for _, mb in warm))

@@ -1,4 +1,4 @@
-"""Punctuality with a client: set points and SYNC come through TCP at the loop's rate."""
+"""Punctuality with a client that sends set points and SYNC over TCP at the loop's rate."""
 
 import subprocess
 import sys
@@ -16,14 +16,14 @@ from hil_emulator.simulation.loop import Timing, run
 from hil_emulator.simulation.rig import Rig
 
 RATES = (1_000, 2_000, 4_000, 5_000)
-"""Ticks per second that are tried, in this order."""
+"""Tick rates to measure [1/s], in this order."""
 
 HELD = 0.01
 """Share of ticks that may begin a whole period late (assumed)."""
 
 _SETTLING_S = 0.5
 
-# Starts the node, then sends a set point and a SYNC each period and reads what has come.
+# Starts the node, then sends a set point and a SYNC each period and reads the received frames.
 _CLIENT = """
 import socket, sys, time
 port, node, period = int(sys.argv[1]), int(sys.argv[2]), float(sys.argv[3])
@@ -49,14 +49,15 @@ while True:
 
 @dataclass(frozen=True)
 class ClientCost:
-    """What was measured under the wall clock; durations in microseconds.
+    """Timing in real time with a client; durations in microseconds.
 
     Attributes:
-        idle_us: p50, p99, p999 and max of how long ticks took with nobody on the line.
-        execution_us: the same with the client, at the lowest of `RATES`.
-        lateness_us: p50, p99, p999 and max of how late those began.
-        system_us: p99 of how late `cyclictest` wakes up at 1 kHz, None where it is not installed.
-        held_hz: the highest of `RATES` that was held with the client, 0 if none was.
+        idle_us: p50, p99, p999 and max of the ticks' duration without a client.
+        execution_us: p50, p99, p999 and max of the ticks' duration with the client, at the lowest
+            of `RATES`.
+        lateness_us: p50, p99, p999 and max of the lateness of these ticks.
+        system_us: p99 of the wake-up lateness of `cyclictest` at 1 kHz; None if not installed.
+        held_hz: the highest of `RATES` that was held with the client, else 0.
 
     """
 
@@ -68,7 +69,7 @@ class ClientCost:
 
 
 def measure_with_client(config: Configuration, cache: Path, duration: float) -> ClientCost:
-    """Run with a client at one rate after the other, each for `duration` [s]."""
+    """Run with a client at each rate for `duration` [s]."""
     idle = Timing()
     timings: list[Timing] = []
     for rate in RATES:
@@ -95,7 +96,7 @@ def measure_with_client(config: Configuration, cache: Path, duration: float) -> 
 
 @contextmanager
 def _client(bus: Bus, rig: Rig) -> Iterator[None]:
-    """Have a client on the line meanwhile, in a process of its own."""
+    """Keep a client in another process connected while the context is open."""
     arguments = [str(bus.port), str(rig.nodes[0].node_id), str(rig.tick_ns * 1e-9)]
     client = subprocess.Popen([sys.executable, "-c", _CLIENT, *arguments])
     try:
