@@ -1,4 +1,4 @@
-"""What frames mean by a DBC, or another database of messages that cantools reads."""
+"""Carriers of channels from a DBC or another message database that cantools reads."""
 
 import math
 import re
@@ -18,10 +18,10 @@ from hil_emulator.identify.measured.stated import SHARE
 NO_UNITS: Mapping[str, str] = {}
 
 _TRANSMISSION = re.compile(r"transmission type (\d+)")
-"""How this project's own DBC files state a PDO's transmission type, in a message's comment."""
+"""Transmission type of a PDO in a message's comment, as this project's DBC export writes it."""
 
 _SET_POINTS = ("set_point", "set point")
-"""What CiA 408 calls the set point of a valve driver, as a DBC signal."""
+"""DBC signal name of a valve driver's set point by CiA 408."""
 
 
 def from_file(
@@ -31,27 +31,27 @@ def from_file(
 
     Args:
         file: a DBC, KCD, SYM or ARXML file.
-        names: channel by the signal that the database has for it, where they differ.
-        units: unit by signal, where the database states none.
+        names: channel by signal name, where the database uses another name.
+        units: unit by signal name, where the database has no unit.
 
     Raises:
-        UserError: if it cannot be read, or no signal is known.
+        UserError: if the file cannot be read, or no signal is a known channel.
 
     """
     try:
         input_files.check(file, input_files.DATABASE)
         database: Any = cantools.database.load_file(file, strict=False)
-        found = [_carrier(message, names, units) for message in database.messages]
+        carriers = [_carrier(message, names, units) for message in database.messages]
     except UserError:
         raise
-    except Exception as error:  # cantools answers damage with many kinds of exception
+    except Exception as error:  # cantools raises many kinds of exception for a damaged file
         text = getattr(error, "strerror", None) or str(error)
         raise UserError(f"{file}: is not a usable database of messages: {text}") from None
-    useful = [c for c in found if c.signals]
+    useful = [c for c in carriers if c.signals]
     if not useful:
-        known = sorted({s.name for m in database.messages for s in m.signals})
+        names_in_file = sorted({s.name for m in database.messages for s in m.signals})
         raise UserError(
-            f"{file}: none of its signals is a known channel: {', '.join(known[:20])}; state their "
+            f"{file}: no signal is a known channel: {', '.join(names_in_file[:20])}; state their "
             'meaning with --channel "position=NAME [mm]"'
         )
     return useful
@@ -94,14 +94,14 @@ def _carrier(message: Any, names: Mapping[str, str], units: Mapping[str, str]) -
 
 
 def _names(signal: Any) -> dict[float, str]:
-    """Return the words that a value table has for values, by value."""
+    """Return the names that a signal's value table gives to values, by value."""
     scaled = signal.conversion.raw_to_scaled
     choices = signal.choices or {}
     return {_number(scaled(raw, decode_choices=False)): str(n) for raw, n in choices.items()}
 
 
 def _range(signal: Any) -> tuple[float, float]:
-    """Return the stated minimum and maximum, half a digit wider; infinite where there is none."""
+    """Return the stated minimum and maximum, widened by half a digit; infinite if not stated."""
     half = 0.5 * abs(_number(signal.scale))
     low = -math.inf if signal.minimum is None else _number(signal.minimum) - half
     high = math.inf if signal.maximum is None else _number(signal.maximum) + half
@@ -109,7 +109,7 @@ def _range(signal: Any) -> tuple[float, float]:
 
 
 def _number(value: float) -> float:
-    """Return a number; infinity for an integer beyond those."""
+    """Return a value as float; infinity for an integer beyond the range of float."""
     try:
         return float(value)
     except OverflowError:

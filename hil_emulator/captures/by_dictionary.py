@@ -1,4 +1,4 @@
-"""What frames mean by object dictionaries: of a configuration's nodes, an EDS or a DCF."""
+"""Carriers of channels from object dictionaries: of a configuration's nodes, an EDS or a DCF."""
 
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
@@ -22,7 +22,7 @@ FULL_SCALE = 16384
 _VALVE_PROFILE = 408
 _SET_POINT_VALUE = (0x6300, 1)
 _CONTROL_WORD = (0x6040, 0)
-_ACTIVE = 0b111  # D, H and M set: only then a set point counts (CiA 408)
+_ACTIVE = 0b111  # a set point is valid only if D, H and M are set (CiA 408)
 _SYNC_COB_ID = (0x1005, 0)
 _CAN_ID = 0x7FF
 
@@ -31,17 +31,17 @@ def from_file(file: Path, node_id: int | None = None) -> list[Carrier]:
     """Return the PDOs of an EDS or DCF.
 
     Args:
-        file: the file.
-        node_id: the node-ID where the file has none; a DCF has.
+        file: EDS or DCF.
+        node_id: node-ID for an EDS; a DCF contains its node-ID.
 
     Raises:
-        UserError: if the file is no EDS, or the node-ID is unknown.
+        UserError: if the file is not an EDS, or the node-ID is unknown.
 
     """
-    own = commissioned(file)
-    number = own if own is not None else node_id
+    stored_id = commissioned(file)
+    number = stored_id if stored_id is not None else node_id
     if number is None:
-        raise UserError(f"{file}: which node is it? Give --node, or the DCF, which says so")
+        raise UserError(f"{file}: which node is it? Give --node, or a DCF, which has the node-ID")
     dictionary = Dictionary.from_eds(file, number)
     indices = {entry.index for entry in dictionary}
     pdos = [
@@ -50,13 +50,13 @@ def from_file(file: Path, node_id: int | None = None) -> list[Carrier]:
         for n in range(1, MAX_PDOS + 1)
         if first + n - 1 in indices
     ]
-    found = carriers(dictionary, pdos)
-    if not any(s.name in KNOWN for c in found for s in c.signals):
+    of_file = carriers(dictionary, pdos)
+    if not any(s.name in KNOWN for c in of_file for s in c.signals):
         raise UserError(
-            f"{file}: none of its PDOs maps a known channel; give objects a Signal, Unit and "
+            f"{file}: no PDO maps a known channel; give objects a Signal, Unit and "
             "Factor, such as [Comments] Line1=6130sub1: Signal=pressure_a Unit=bar Factor=1"
         )
-    return found
+    return of_file
 
 
 def carriers(dictionary: Dictionary, pdos: Iterable[PdoParameters]) -> list[Carrier]:
@@ -65,7 +65,7 @@ def carriers(dictionary: Dictionary, pdos: Iterable[PdoParameters]) -> list[Carr
 
 
 SYNC = 0x080
-"""Identifier of SYNC where nothing else is said (CiA 301, 7.3.5)."""
+"""Default identifier of SYNC (CiA 301, 7.3.5)."""
 
 
 def sync_id(dictionary: Dictionary) -> int:
@@ -105,13 +105,13 @@ def _carrier(dictionary: Dictionary, pdo: PdoParameters) -> Carrier:
 
 
 def _safe(dictionary: Dictionary) -> float | None:
-    """Return what a device does without a valid set point, if its dictionary says so."""
+    """Return the value that a device uses without a valid set point; None if not stated."""
     entry = dictionary.named(SET_POINT + SAFE_SUFFIX)
     return None if entry is None or not entry.unit else entry.physical(entry.value)
 
 
 def _meaning(dictionary: Dictionary, entry: Entry) -> tuple[str, float, str]:
-    """Return the channel or name of an object, what a digit is worth, and its unit."""
+    """Return the channel or name of an object, the value of a digit, and its unit."""
     device_type = dictionary.get(0x1000)
     valve = device_type is not None and int(device_type.value) & 0xFFFF == _VALVE_PROFILE
     if valve and (entry.index, entry.subindex) == _SET_POINT_VALUE and not entry.unit:
@@ -123,14 +123,14 @@ def from_files(files: Sequence[Path], node_ids: Sequence[int]) -> list[Carrier]:
     """Return the PDOs of several files; those without a node-ID take `node_ids` in turn.
 
     Raises:
-        UserError: see `from_file`; or if node-IDs are left over.
+        UserError: as `from_file`; or if there are more node-IDs than files without one.
 
     """
     left = list(node_ids)
-    found: list[Carrier] = []
+    of_files: list[Carrier] = []
     for file in files:
         asks = commissioned(file) is None and left
-        found += from_file(file, left.pop(0) if asks else None)
+        of_files += from_file(file, left.pop(0) if asks else None)
     if left:
         raise UserError(f"--node {left[0]}: no EDS is left for it; each takes one, in their order")
-    return found
+    return of_files

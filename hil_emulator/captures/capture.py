@@ -19,7 +19,7 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.measured.formats.table import LogColumn, LogTable
 
 LONGEST = 1_000_000
-"""Samples of one capture; more is an error in its times (assumed: a quarter of an hour)."""
+"""Largest number of samples in a capture; more are an error of its times (assumed: 15 min)."""
 
 _SHOWN = 12  # identifiers named in a message
 
@@ -30,13 +30,13 @@ def read(
     """Read a capture.
 
     Args:
-        file: a log of frames of any kind, see `log_content`.
-        carriers: what its frames mean.
+        file: log of frames in any format, see `log_content`.
+        carriers: carriers of the channels.
         sync_id: identifier of SYNC.
-        channel: the one whose frames count; None for all, if no identifier comes from two.
+        channel: CAN channel to read; None for all, if no identifier comes from two.
 
     Raises:
-        UserError: if it cannot be read, or holds no known channel.
+        UserError: if the file cannot be read, or holds no known channel.
 
     """
     kind = frame_log.kind_of(file)
@@ -68,7 +68,7 @@ def table(
     """Turn frames with their times [ns] into a table.
 
     Raises:
-        UserError: if there is no known channel, too little of it, or its clock drifts.
+        UserError: if there is no known channel, too few of its samples, or its clock drifts.
 
     """
     traffic = sort(frames, carriers, sync_id)
@@ -92,7 +92,9 @@ def table(
         values = _values(stream, key, numbers[id(stream)], reference, number, rows)
         columns.append(LogColumn(name, unit, values))
     commanded = SET_POINT in chosen and id(chosen[SET_POINT][0]) not in streams
-    if SET_POINT in chosen and not commanded:  # a report among readings, as in a row of a table
+    if (
+        SET_POINT in chosen and not commanded
+    ):  # the device reports its set point with its readings, as a table's row does
         stream, key, unit = chosen[SET_POINT]
         reported = _values(stream, key, numbers[id(stream)], reference, number, rows)
         columns.append(LogColumn(SET_POINT, unit, reported))
@@ -106,31 +108,31 @@ def table(
 
 
 def _chosen(traffic: Traffic) -> dict[str, tuple[Stream, str, str | None]]:
-    """Return for each channel the stream that shows it most often, its key and its unit."""
-    found: dict[str, tuple[Stream, str, str | None]] = {}
+    """Return for each channel the stream with most frames of it, its key and its unit."""
+    best_streams: dict[str, tuple[Stream, str, str | None]] = {}
     for stream in traffic.streams.values():
         for signal in stream.carrier.signals:
             if signal.name not in KNOWN or signal.name == TIME:
                 continue
-            best = found.get(signal.name)
+            best = best_streams.get(signal.name)
             if best is None or len(stream.time) > len(best[0].time):
-                found[signal.name] = stream, signal.key, signal.unit
-    return found
+                best_streams[signal.name] = stream, signal.key, signal.unit
+    return best_streams
 
 
 def _values(
-    stream: Stream, key: str, own: Places | None, reference: Stream, number: Places, rows: int
+    stream: Stream, key: str, sample: Places | None, reference: Stream, number: Places, rows: int
 ) -> Array:
-    """Return a channel by sample, NaN where none came."""
+    """Return a channel's values by sample; NaN for a sample without a frame."""
     values = stream.values[key]
-    if own is None:
+    if sample is None:
         at = np.full(rows, np.nan)
         at[number] = reference.time
         good = np.isfinite(values)
         return np.asarray(np.interp(at, stream.time[good], values[good], np.nan, np.nan))
     out = np.full(rows, np.nan)
-    inside = (own >= 0) & (own < rows)
-    out[own[inside]] = values[inside]
+    inside = (sample >= 0) & (sample < rows)
+    out[sample[inside]] = values[inside]
     return out
 
 
@@ -154,8 +156,8 @@ def _nothing(traffic: Traffic, carriers: Sequence[Carrier]) -> str:
     wanted = ", ".join(
         f"{c.can_id:03X}" for c in carriers if any(s.name in KNOWN for s in c.signals)
     )
-    seen = sorted(traffic.others | {can_id for can_id, _ in traffic.streams})
-    listed = ", ".join(f"{i:03X}" for i in seen[:_SHOWN]) or "no frame"
+    present = sorted(traffic.others | {can_id for can_id, _ in traffic.streams})
+    listed = ", ".join(f"{i:03X}" for i in present[:_SHOWN]) or "no frame"
     return (
         f"no frame of a known reading; known are the identifiers {wanted}, in the capture there "
         f"are {listed}; name the files that describe its devices with --dbc or --eds"

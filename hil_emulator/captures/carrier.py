@@ -1,4 +1,4 @@
-"""Frames that carry channels, whatever says so."""
+"""Frames that carry channels, as a message database or an object dictionary describes them."""
 
 import math
 import re
@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from hil_emulator.identify.measured.channel_names import KNOWN, TIME, fits
 
 COUNTER = "sample_counter"
-"""A signal that counts the device's samples, if it sends one: it tells which frames are lost."""
+"""Signal with the device's count of samples, if it sends one; gaps in it show lost frames."""
 
 _WORD = re.compile(r"[ _]")
 
@@ -18,11 +18,11 @@ class Signal:
     """One value in a frame.
 
     Attributes:
-        name: the channel; or as its source calls it, if that is no channel.
-        unit: of the value; "1" for a plain number, None where the source states none.
-        key: finds the value in what the carrier decodes.
-        names: words for values that are no readings, such as "Error", by value.
-        range: least and greatest value of a reading.
+        name: name of the channel; the source's name if the signal is not a channel.
+        unit: unit of the value; "1" for a plain number, None if the source has no unit.
+        key: key of the value in the result of the carrier's `decode`.
+        names: names of values that are not readings, such as "Error", by value.
+        range: smallest and largest value of a reading.
 
     """
 
@@ -38,19 +38,20 @@ class Carrier:
     """The frames of one COB-ID.
 
     Attributes:
-        name: for people, such as "TPDO1 of node 5".
-        can_id: its identifier.
-        extended: whether that has 29 bits.
-        size: bytes that a frame must have.
-        signals: what it carries.
-        decode: returns values by key; leaves out what a frame does not hold.
-        synchronous: whether a set point in it acts with the next SYNC only.
-        deadline: time after which a device without a new set point takes a safe one [s]; 0: none.
-        safe: what acts without a valid set point, in its unit; None where it is unknown.
-        period: of the device's own timer [s]; 0 where it is unknown.
-        counter_modulus: where the sample counter begins anew; 0 without one.
-        any_source: whether a frame of another J1939 source address with the same parameter group
-            is this one, too.
+        name: name for messages, such as "TPDO1 of node 5".
+        can_id: CAN identifier of the frames.
+        extended: whether the identifier has 29 bits.
+        size: smallest length of a frame [B].
+        signals: signals in a frame.
+        decode: returns the values in a frame by key, without signals that the frame does not hold.
+        synchronous: whether a set point in a frame acts at the next SYNC.
+        deadline: time without a new set point after which the device uses a safe one [s]; 0 if it
+            has no such time.
+        safe: set point that acts without a valid one, in the signal's unit; None if unknown.
+        period: period of the device's event timer [s]; 0 if unknown.
+        counter_modulus: modulus of the sample counter; 0 without a counter.
+        any_source: whether frames of the parameter group from another J1939 source address are
+            frames of this carrier.
 
     """
 
@@ -69,15 +70,15 @@ class Carrier:
 
 
 def channel_of(name: str, unit: str) -> str:
-    """Return the channel that a signal such as `pressure_a PV 16bit` shows, else its own name.
+    """Return the channel of a signal such as `pressure_a PV 16bit`; else the signal's name.
 
-    It begins with the channel's name as whole words, and its unit is of the channel's dimension;
-    net values, from which something has been taken, are no readings.
+    A signal is a channel if its name begins with the channel's name as whole words and its unit
+    has the channel's dimension. Net values, from which a tare was subtracted, are not readings.
     """
     if name in KNOWN or "net" in _WORD.split(name):
         return name
     longest = sorted((n for n in KNOWN if n != TIME), key=len, reverse=True)
-    for known in longest:
-        if name.startswith(known) and _WORD.match(name[len(known) :]) and fits(known, unit):
-            return known
+    for channel in longest:
+        if name.startswith(channel) and _WORD.match(name[len(channel) :]) and fits(channel, unit):
+            return channel
     return name

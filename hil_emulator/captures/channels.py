@@ -9,11 +9,11 @@ from hil_emulator.frame import Frame
 
 
 def of_channel(frames: Sequence[Captured], channel: str | None) -> list[tuple[int, Frame]]:
-    """Return time [ns] and frame of those of one channel.
+    """Return time [ns] and frame of the frames of one channel.
 
     Args:
-        frames: of all channels.
-        channel: as the log calls it; None for all.
+        frames: frames of all channels.
+        channel: name of the channel in the log; None for all channels.
 
     Raises:
         UserError: if the log has no such channel, or one identifier comes from several.

@@ -1,4 +1,4 @@
-"""Frames of J1939: the parameter group says what they hold, whatever priority and source are."""
+"""Frames of J1939, matched by parameter group whatever their priority and source address."""
 
 from collections.abc import Collection, MutableMapping
 
@@ -7,7 +7,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.identify.measured.channel_names import KNOWN
 
 _PEER_TO_PEER = 240
-"""PDU format below which the next byte is a destination, not a part of the group (SAE J1939-21)."""
+"""PDU format below which the next byte is a destination, not part of the group (SAE J1939-21)."""
 
 
 def group(can_id: int) -> int:
@@ -17,23 +17,25 @@ def group(can_id: int) -> int:
 
 
 def by_parameter_group(
-    carriers: MutableMapping[tuple[int, bool], Carrier], seen: Collection[int]
+    carriers: MutableMapping[tuple[int, bool], Carrier], ids_in_capture: Collection[int]
 ) -> list[str]:
-    """Give carriers that no frame has the identifier of their group's frames, and report it.
+    """Add the identifiers of other source addresses for carriers without a frame; return notes.
 
-    Of several sources that of the carrier counts.
+    If several sources send the group, the carrier's source address decides.
 
     Args:
-        carriers: by identifier and whether it has 29 bits; gets the other identifiers.
-        seen: identifiers of 29 bits in the capture.
+        carriers: by identifier and whether it has 29 bits; entries are added.
+        ids_in_capture: identifiers of 29 bits in the capture.
 
     Raises:
-        UserError: if several sources send what a carrier describes.
+        UserError: if several other sources send the group of a carrier.
 
     """
     notes = []
-    free = [can_id for can_id in seen if (can_id, True) not in carriers]
-    for carrier in [c for c in carriers.values() if c.any_source and c.can_id not in seen]:
+    free = [can_id for can_id in ids_in_capture if (can_id, True) not in carriers]
+    for carrier in [
+        c for c in carriers.values() if c.any_source and c.can_id not in ids_in_capture
+    ]:
         same = [i for i in free if group(i) == group(carrier.can_id)]
         same = [i for i in same if i & 0xFF == carrier.can_id & 0xFF] or same
         useful = any(s.name in KNOWN for s in carrier.signals)

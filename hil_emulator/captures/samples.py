@@ -1,4 +1,4 @@
-"""Frames that belong to one sample of the device, and the set point that led to it."""
+"""Assignment of frames to samples of the device, and the set point before each sample."""
 
 from collections.abc import Sequence
 
@@ -10,29 +10,29 @@ from hil_emulator.identify.measured.channel_names import SET_POINT
 from hil_emulator.identify.measured.experiment import Array
 
 DRIFT = 0.02
-"""Relative change of the period that no clock of a device makes (crystals: 1e-4)."""
+"""Relative change of the period that a device's clock does not reach (crystals: 1e-4)."""
 
 FOLLOWS = 0.2
-"""Part of a period within which frames of one sample keep their distance (assumed)."""
+"""Largest jitter between frames of one sample, as a part of the period (assumed)."""
 
 SEGMENTS = 8
-"""Parts of a capture in which its period is compared."""
+"""Number of parts of a capture whose periods are compared."""
 
 FEWEST = 50
-"""Frames from which a period can be told (assumed)."""
+"""Smallest number of frames for an estimate of the period (assumed)."""
 
 PAUSE = 1.7
-"""Usual steps from which a step is no longer a late frame but more than one sample."""
+"""Step, in median steps, from which it is more than one sample and not a late frame."""
 
 LONG_PAUSE = 60.0
-"""Pause without frames of the reference that parts a capture [s] (assumed)."""
+"""Shortest pause without frames of the reference that is left out of the table [s] (assumed)."""
 
 PHASE_LOCK = 0.05
-"""Part of a frame's deviation by which the expected phase follows it."""
+"""Gain of the expected phase on a frame's deviation."""
 
 
 def period_of(reference: Stream, notes: list[str]) -> float:
-    """Return the period of the samples by the capture's own clock [s]; report its jitter.
+    """Return the period of the samples by the capture's clock [s]; append its jitter to `notes`.
 
     Raises:
         UserError: if there are too few frames, or the clock drifts.
@@ -64,14 +64,14 @@ def period_of(reference: Stream, notes: list[str]) -> float:
     if late.max() > DRIFT * period:
         notes.append(
             f"{name} comes every {period * 1e3:.4g} ms, half of the times within "
-            f"{np.median(late) * 1e3:.2g} ms, the worst {late.max() * 1e3:.3g} ms beside it; "
-            "samples are told by their order"
+            f"{np.median(late) * 1e3:.2g} ms, the worst {late.max() * 1e3:.3g} ms off; "
+            "samples are counted in the order of their frames"
         )
     return stated or period
 
 
 def _mean(steps: Array, usual: float) -> float:
-    """Return the mean step; a lost frame, or a device that stood still, is none."""
+    """Return the mean step, without steps over lost frames or pauses of the device."""
     short = steps[steps < PAUSE * usual]
     return float(np.mean(short)) if len(short) else usual
 
@@ -92,11 +92,11 @@ def numbers_of(reference: Stream, period: float, notes: list[str]) -> Places:
 
 
 def without_pauses(number: Places, period: float) -> tuple[Places, Places]:
-    """Leave out what lies in long pauses, where a table would hold nothing.
+    """Leave out the samples in long pauses.
 
     Args:
-        number: of the sample of each frame of the reference.
-        period: of the samples [s].
+        number: number of the sample of each frame of the reference.
+        period: period of the samples [s].
 
     Returns:
         The row of each frame, and the number of the sample of each row.
@@ -116,7 +116,7 @@ def _whole(values: Array) -> Places:
 
 
 def _by_time(time: Array, period: float) -> Places:
-    """Count the periods that pass, with an expected phase that follows slow drifts."""
+    """Count periods by time, with an expected phase that follows slow drifts."""
     number = np.zeros(len(time), np.int64)
     expected = time[0]
     for i in range(1, len(time)):
@@ -128,7 +128,7 @@ def _by_time(time: Array, period: float) -> Places:
 
 
 def joined(stream: Stream, reference: Stream, number: Places, notes: list[str]) -> Places | None:
-    """Return the number of the sample of each frame; None where a device has its own rhythm."""
+    """Return the number of the sample of each frame; None if its period differs."""
     if stream is reference:
         return number
     count, theirs = stream.count, reference.count
@@ -156,15 +156,15 @@ def _same_node(a: Stream, b: Stream) -> bool:
 def set_points(
     stream: Stream, key: str, first: Places, time: Array, syncs: Places, notes: list[str]
 ) -> Array:
-    """Return the set point that acted before each sample, NaN where it is not known.
+    """Return the set point that acted before each sample; NaN if unknown.
 
     Args:
-        stream: the frames that carry it.
-        key: of its value.
-        first: place of the first frame of each sample; -1 for a lost one.
-        time: of each sample by the capture's clock [s].
+        stream: frames that carry the set point.
+        key: key of the set point's value.
+        first: place of the first frame of each sample; -1 for a lost sample.
+        time: time of each sample by the capture's clock [s].
         syncs: places of the SYNC frames.
-        notes: takes what was found.
+        notes: remarks; a remark on replaced set points is appended.
 
     """
     place, values, since = stream.place, stream.values[key], stream.time
@@ -172,25 +172,25 @@ def set_points(
         after = np.searchsorted(syncs, place)
         inside = after < len(syncs)
         place, values, since = syncs[after[inside]], values[inside], since[inside]
-    known = np.maximum.accumulate(first)  # a lost sample: nothing is known to have changed
-    before = np.searchsorted(place, known) - 1
+    latest = np.maximum.accumulate(first)  # a lost sample keeps the set point of the sample before
+    before = np.searchsorted(place, latest) - 1
     last = np.maximum(before, 0)
-    found = np.where(before >= 0, values[last], np.nan)
+    acting = np.where(before >= 0, values[last], np.nan)
     limit, safe = stream.carrier.deadline, stream.carrier.safe
-    silent = (time - since[last] > limit) & (before >= 0) if limit else np.zeros(len(found), bool)
-    found[silent] = np.nan
-    replaced = int(np.sum(~np.isfinite(found)))
+    silent = (time - since[last] > limit) & (before >= 0) if limit else np.zeros(len(acting), bool)
+    acting[silent] = np.nan
+    replaced = int(np.sum(~np.isfinite(acting)))
     if safe is not None and replaced:
         notes.append(
             f"{SET_POINT}: for {replaced} samples there was no valid one, so {safe:.3g} acted, "
             "the device's safe value"
         )
-        found[~np.isfinite(found)] = safe
-    return np.asarray(found)
+        acting[~np.isfinite(acting)] = safe
+    return np.asarray(acting)
 
 
 def first_places(numbers: Sequence[tuple[Stream, Places]], rows: int) -> Places:
-    """Return the place of the first frame of each sample; -1 for a lost one."""
+    """Return the place of the first frame of each sample; -1 for a lost sample."""
     first = np.full(rows, np.iinfo(np.int64).max)
     for stream, number in numbers:
         inside = (number >= 0) & (number < rows)

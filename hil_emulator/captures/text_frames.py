@@ -21,16 +21,16 @@ from hil_emulator.frame import Frame
 _NS = 1_000_000_000
 
 _DIRECTION = re.compile(r"(\s)[RT]X [B-] [E-]\s+")
-"""What `candump -x` adds to a line: direction and flags."""
+"""Direction and flags, which `candump -x` adds to a line."""
 
 _BUSMASTER = re.compile(
     r"^(?P<time>\d+:\d+:\d+:\d+)\s+[RT]x\s+(?P<channel>\S+)\s+0x(?P<id>[0-9A-Fa-f]+)\s+"
     r"(?P<kind>s|x|sr|xr)\s+(?P<length>\d+)(?P<data>(?:\s+[0-9A-Fa-f]{2})*)\s*$"
 )
-"""A frame in BusMaster's log; its times count 0.1 ms after the seconds."""
+"""A frame in BusMaster's log; the last part of its time counts 0.1 ms."""
 
 _DELTAS = 0.05
-"""Part of the times that are before the ones above them, from which they are steps (assumed)."""
+"""Share of decreasing times from which the times are steps from frame to frame (assumed)."""
 
 _MICROSECONDS = 1e-6
 
@@ -38,7 +38,7 @@ _UNITS = {"ns": 1e-9, "us": 1e-6, "µs": 1e-6, "ms": 1e-3, "s": 1.0}
 
 
 def is_one(file: Path, kind: str) -> bool:
-    """Return whether a log is a text that python-can does not read."""
+    """Return whether a log is a text of frames that python-can does not read."""
     if kind == ".trc":
         return b"FILEVERSION=1.2" in beginning(file)
     return kind in ("screen", "busmaster", "table")
@@ -48,11 +48,11 @@ def read(file: Path, kind: str) -> list[Captured]:
     """Return the frames of a text.
 
     Args:
-        file: the text.
-        kind: of it, see `log_content.content`.
+        file: text file.
+        kind: format of the text, see `log_content.content`.
 
     Raises:
-        UserError: if a line cannot be read, or no times were logged.
+        UserError: if a line cannot be read, or the log has no times.
 
     """
     lines = Lines(file)
@@ -143,7 +143,7 @@ def _table(lines: Lines) -> Iterator[Captured]:
 
 
 def _time_unit(name: str) -> float:
-    """Return how many seconds a time stamp counts; SavvyCAN's column states none."""
+    """Return the unit of a time stamp [s]; SavvyCAN's column has no unit."""
     words = re.findall(r"[a-zµ]+", name.lower())
     stated = next((_UNITS[w] for w in words if w in _UNITS), None)
     if stated is not None:
@@ -156,7 +156,7 @@ def _is_true(cell: str) -> bool:
 
 
 def _bytes(row: list[str], size: int | None) -> bytes:
-    """Return the data: in one cell, or a byte in each."""
+    """Return the data, which stand in one cell or in one cell per byte."""
     digits = " ".join(cell.removeprefix("0x") for cell in row if cell)
     if " " in row[0].strip() or len(row) == 1 or len(row[0]) > 2:  # in one cell
         digits = row[0].lower().removeprefix("0x")
@@ -165,7 +165,7 @@ def _bytes(row: list[str], size: int | None) -> bytes:
 
 
 def _cumulated(frames: list[Captured]) -> list[Captured]:
-    """Return frames with a clock, where each was logged with the time since the one before."""
+    """Return frames with absolute times if each was logged with the time since the frame before."""
     times = np.array([frame.now_ns for frame in frames])
     if np.mean(np.diff(times) < 0) < _DELTAS:
         return frames

@@ -1,4 +1,4 @@
-"""The frames of a capture, sorted by what carries them."""
+"""The frames of a capture, sorted by carrier."""
 
 import math
 from collections.abc import Iterable
@@ -20,10 +20,10 @@ class Stream:
     """The frames of one carrier, in the order of the capture.
 
     Attributes:
-        carrier: what they are.
-        time: of each frame [s], since the first frame of the capture.
-        place: of each frame among all frames.
-        values: by key, NaN where a frame does not hold it.
+        carrier: description of the frames.
+        time: time of each frame since the first frame of the capture [s].
+        place: index of each frame among all frames.
+        values: values by key; NaN if a frame does not hold the signal.
 
     """
 
@@ -34,7 +34,7 @@ class Stream:
 
     @property
     def count(self) -> Array | None:
-        """The device's own count of samples, without its wrapping; None where a frame has none."""
+        """The device's count of samples, unwrapped; None if a frame lacks it."""
         modulus = self.carrier.counter_modulus
         keys = [s.key for s in self.carrier.signals if s.name == COUNTER]
         if not modulus or not keys or not len(self.time):
@@ -50,12 +50,12 @@ class Traffic:
     """A capture.
 
     Attributes:
-        streams: of the carriers that were seen, by (COB-ID, 29 bits).
+        streams: streams of the carriers with frames, by identifier and whether it has 29 bits.
         syncs: places of the SYNC frames.
-        short: frames that were shorter than they must be.
-        others: identifiers that nothing is known of.
-        emergencies: emergency error codes, each with how often it came.
-        remarks: what was left out or taken for something, in words.
+        short: number of frames that were too short for their carrier.
+        others: identifiers without a carrier.
+        emergencies: number of emergency messages by error code.
+        remarks: notes on values and frames that were left out or reassigned.
 
     """
 
@@ -72,44 +72,44 @@ def sort(frames: Iterable[tuple[int, Frame]], carriers: Iterable[Carrier], sync_
 
     Args:
         frames: time [ns] and frame.
-        carriers: what is known; of several with one identifier, the first.
+        carriers: descriptions of frames; the first of several with one identifier is used.
         sync_id: identifier of SYNC.
 
     """
-    known: dict[tuple[int, bool], Carrier] = {}
+    described: dict[tuple[int, bool], Carrier] = {}
     for carrier in carriers:
-        known.setdefault((carrier.can_id, carrier.extended), carrier)
+        described.setdefault((carrier.can_id, carrier.extended), carrier)
     rows: dict[tuple[int, bool], list[tuple[float, ...]]] = {}
     traffic = Traffic({}, np.zeros(0, np.int64))
     frames = sorted(frames, key=lambda item: item[0])
-    traffic.remarks += by_parameter_group(known, {f.can_id for _, f in frames if f.extended})
+    traffic.remarks += by_parameter_group(described, {f.can_id for _, f in frames if f.extended})
     syncs: list[int] = []
     origin: int | None = None
-    # a logger may hand on late what it has stamped in time; at the same time its order counts
+    # loggers may write frames out of order; a stable sort keeps the order of equal times
     for place, (now_ns, frame) in enumerate(frames):
         origin = now_ns if origin is None else origin
         key = frame.can_id, frame.extended
-        found = known.get(key)
+        carrier_of_frame = described.get(key)
         if frame.remote:
             continue
-        if found is None:
+        if carrier_of_frame is None:
             _other(traffic, frame, syncs, place, sync_id)
-        elif len(frame.data) < found.size:
+        elif len(frame.data) < carrier_of_frame.size:
             traffic.short += 1
-        elif found.signals:
-            decoded = found.decode(frame.data)
-            values = (decoded.get(s.key, math.nan) for s in found.signals)
+        elif carrier_of_frame.signals:
+            decoded = carrier_of_frame.decode(frame.data)
+            values = (decoded.get(s.key, math.nan) for s in carrier_of_frame.signals)
             rows.setdefault(key, []).append((now_ns - origin, place, *values))
     traffic.syncs = np.array(syncs, np.int64)
-    traffic.streams = {key: _stream(known[key], found) for key, found in rows.items()}
+    traffic.streams = {key: _stream(described[key], of_key) for key, of_key in rows.items()}
     for stream in traffic.streams.values():
         traffic.remarks += _without_others(stream)
     return traffic
 
 
 def _without_others(stream: Stream) -> list[str]:
-    """Take what is no reading by the database out of a stream, and say what that was."""
-    said = []
+    """Remove values that the database declares not to be readings; return notes on them."""
+    notes = []
     for signal in stream.carrier.signals:
         values = stream.values[signal.key]
         low, high = signal.range
@@ -119,15 +119,15 @@ def _without_others(stream: Stream) -> list[str]:
             continue
         words = sorted({signal.names[v] for v in np.unique(values[named]).tolist()})
         if words:
-            said.append(f"{signal.name}: {int(named.sum())} values are no readings but "
+            notes.append(f"{signal.name}: {int(named.sum())} values are no readings but "
                         f"{', '.join(repr(word) for word in words)}; left out")  # fmt: skip
         if beyond.any():
-            said.append(
+            notes.append(
                 f"{signal.name}: {int(beyond.sum())} of {len(values)} values are outside the "
                 f"{low:.6g} ... {high:.6g} {signal.unit or ''} that its database states; left out"
             )
         values[named | beyond] = np.nan
-    return said
+    return notes
 
 
 def _other(traffic: Traffic, frame: Frame, syncs: list[int], place: int, sync_id: int) -> None:

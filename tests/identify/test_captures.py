@@ -150,7 +150,7 @@ def test_late_frames_keep_their_samples(run: Run) -> None:
     """Times that scatter by half a period change no sample, and are reported."""
     (read,) = experiments([run.written("late.blf", jitter=0.5e-3)], run.config, Meaning())
     same(read, run)
-    assert any("samples are told by their order" in note for note in read.notes)
+    assert any("samples are counted in the order of their frames" in note for note in read.notes)
 
 
 def test_what_is_handed_on_late_counts_when_it_was_stamped(run: Run) -> None:
