@@ -1,5 +1,5 @@
-"""The rig's CAN port: everything that touches python-can, and nothing else does.
+"""The rig's CAN port, the only folder that uses python-can's buses, logs and messages.
 
-`bus.Bus` hands frames in and out without ever making the loop wait; `tcp_server` is a bus of its
-own for machines whose kernel has no CAN, to which stock python-can clients connect over TCP.
+`bus.Bus` receives and sends frames without blocking the loop. `tcp_server` is a bus for machines
+whose kernel has no CAN; stock python-can clients connect to it over TCP.
 """

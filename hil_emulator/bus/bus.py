@@ -1,4 +1,4 @@
-"""`Bus`: frames in, frames out, and the loop never waits for them."""
+"""`Bus`: receives and sends frames without blocking the loop."""
 
 import itertools
 import time
@@ -13,8 +13,8 @@ from hil_emulator.bus.opening import client_command, open_can_bus
 from hil_emulator.bus.tcp_server import SocketcandServerBus
 from hil_emulator.frame import Burst, Frame
 
-# Frames handed on in one receive(): 128 a millisecond is more than ten times what a CAN bus of
-# 1 Mbit/s can carry, so only a flood from memory or TCP ever meets the limit. Assumed.
+# Frames of one receive(): 128 per millisecond are more than ten times the capacity of a CAN bus of
+# 1 Mbit/s, so only a flood from memory or TCP reaches the limit. Assumed.
 RECEIVE_LIMIT = 128
 
 _CLASSICAL_BYTES = 8  # ISO 11898-1
@@ -22,25 +22,26 @@ _AS_THEY_ARE = (Burst, list)
 
 
 class Bus(AbstractContextManager["Bus"]):
-    """The rig's CAN port, whatever carries it.
+    """The rig's CAN port on any interface of python-can.
 
     Args:
         settings: the `[bus]` table of the configuration: python-can's `interface` and the
-            settings of that interface, as they stand.
+            settings of that interface.
 
     Attributes:
-        received: frames taken from the bus.
-        sent: frames the bus has taken.
-        dropped: frames the bus refused: a full queue, a vanished interface, a client that does
-            not read, a kind of frame it cannot carry.
-        error_frames: error frames, and CAN FD frames, which are errors to a classical controller.
-        read_errors: attempts to read that the interface failed.
-        description: what the bus is and where.
-        port: TCP port in use, where the bus is a server.
-        client_command: a line for the shell with which a stock client joins this bus.
+        received: number of frames received.
+        sent: number of frames that the interface accepted.
+        dropped: number of frames that the interface refused: a full queue, a vanished interface,
+            a client that does not read, a kind of frame that it cannot carry.
+        error_frames: number of error frames, and of CAN FD frames, which are errors to a classical
+            controller.
+        read_errors: number of failed reads.
+        description: interface and channel.
+        port: TCP port in use, if the bus is a server.
+        client_command: shell command with which a stock client joins this bus.
 
     Raises:
-        UserError: where the bus cannot be opened: what is wrong, where, and what to do.
+        UserError: if the bus cannot be opened.
 
     """
 
@@ -58,7 +59,7 @@ class Bus(AbstractContextManager["Bus"]):
         self.client_command = client_command(self._bus, settings)
 
     def receive(self) -> list[Frame]:
-        """Return what has arrived, oldest first, at most `RECEIVE_LIMIT` frames; never wait."""
+        """Return the arrived frames, oldest first, at most `RECEIVE_LIMIT`, without waiting."""
         carrier = self._carrier
         if carrier is not None and self._kept is None:
             arrived = carrier.receive_frames(RECEIVE_LIMIT)
@@ -77,7 +78,7 @@ class Bus(AbstractContextManager["Bus"]):
         return frames
 
     def wait(self, timeout: float) -> bool:
-        """Wait until a frame has arrived, at most `timeout` [s]; tell whether one has.
+        """Wait for a frame, at most `timeout` [s]; return whether a frame has arrived.
 
         The frame is kept for the next `receive()`.
         """
@@ -93,7 +94,7 @@ class Bus(AbstractContextManager["Bus"]):
                 return False
 
     def send(self, frames: Iterable[Frame]) -> None:
-        """Hand frames to the bus in this order; those it does not take at once are dropped."""
+        """Send frames in this order; frames that the interface does not accept are dropped."""
         if self._carrier is not None:
             given: Any = frames if type(frames) in _AS_THEY_ARE else list(frames)
             count = len(given)
@@ -111,9 +112,9 @@ class Bus(AbstractContextManager["Bus"]):
                 self.sent += 1
 
     def report(self, error_class: int) -> None:
-        """Show an error frame to the others, where this is no bus of real controllers.
+        """Send an error frame to the other parties, if the bus is in memory or on TCP.
 
-        Those make their own error frames, and a kernel takes none from a program.
+        Real controllers make error frames themselves, and a kernel accepts none from a program.
         """
         if isinstance(self._bus, SocketcandServerBus | InProcessBus):
             message = can.Message(
@@ -122,7 +123,7 @@ class Bus(AbstractContextManager["Bus"]):
             self._bus.send(message, timeout=0)
 
     def close(self) -> None:
-        """Leave the bus; harmless when repeated."""
+        """Close the interface; a second call has no effect."""
         self._bus.shutdown()
 
     def __exit__(self, *error: object) -> None:
@@ -144,7 +145,7 @@ class Bus(AbstractContextManager["Bus"]):
 
 
 def _carrier(bus: can.BusABC) -> InProcessBus | SocketcandServerBus | None:
-    """Return a bus that carries frames as they are; none where messages have to be filtered."""
+    """Return a bus that carries `Frame` objects; None if received messages need a filter."""
     if isinstance(bus, InProcessBus | SocketcandServerBus) and not bus.filters:
         return bus
     return None

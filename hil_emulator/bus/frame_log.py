@@ -20,26 +20,26 @@ from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 
 _OBJECT, _HEADER = b"LOBJ", 16
-"""What an object of a BLF file begins with, and the bytes of its shortest header."""
+"""Signature of an object in a BLF file, and size of its shortest header [B]."""
 
 _CONTAINER = struct.Struct("<4s4xIIH14x")
 """Beginning of a container: signature, size, kind, method of compression."""
 
 _PACKED = (10, 2)
-"""Kind of a container, and the method of one that zlib has packed."""
+"""Kind of a container, and the compression method of zlib."""
 
 LARGEST_CONTAINER = 64 * input_files.MIB
 """Unpacked size of a container [B]; Vector's tools write 128 KiB (assumed)."""
 
 MOST_FRAMES = 10_000_000
-"""Frames of a log: over an hour of 2,000 a second, in 2.5 GB of memory (assumed)."""
+"""Most frames of a log: over an hour at 2,000 per second, 2.5 GB of memory (assumed)."""
 
 _WAY = re.compile(r" [RT]\n$")
 _NS_PER_S = 1e9
 _LATEST_S = 4e9  # of a time in a log [s]: since 1970, until 2096 (assumed)
 _CHANNEL = "can0"
 _MARKED = (".blf", ".asc")
-"""Formats that can hold a remark."""
+"""Formats that can contain a remark."""
 
 
 def write(
@@ -49,11 +49,10 @@ def write(
     """Write frames on the emulator's time base.
 
     Args:
-        file: where to; its ending, one of `log_endings.SUFFIXES`, decides the format.
-        frames: time [ns], whether the emulator sent it, frame; oldest first.
-        remarks: what made the data; written at time 0, where the format can hold it.
-        directions: whether each line of candump's format ends in R or T, which tools other than
-            can-utils do not expect.
+        file: output file; its ending, one of `log_endings.SUFFIXES`, decides the format.
+        frames: time [ns], whether the emulator sent the frame, and frame; oldest first.
+        remarks: origin of the data; written at time 0 if the format can contain remarks.
+        directions: whether each line of candump's format ends in R or T; only can-utils read it.
 
     """
     if file.suffix == ".pcapng":
@@ -82,13 +81,13 @@ def write(
 
 
 class _Undirected(io.TextIOWrapper):
-    """A text file in which no line ends in the direction that python-can writes."""
+    """A text file without the direction that python-can writes at the end of each line."""
 
     def __init__(self, file: Path) -> None:
         super().__init__(file.open("wb"), encoding="ascii", newline="\n")
 
     def write(self, text: str) -> int:
-        """Write a line."""
+        """Write a line without its direction."""
         return super().write(_WAY.sub("\n", text))
 
 
@@ -108,9 +107,9 @@ class Captured(NamedTuple):
     """A frame of a capture.
 
     Attributes:
-        now_ns: its time [ns].
-        frame: the frame, which may be one of CAN FD.
-        channel: where it came from, as the log's own tools call it.
+        now_ns: time stamp [ns].
+        frame: classical CAN or CAN FD frame.
+        channel: name of the channel as in the log's format.
 
     """
 
@@ -120,7 +119,7 @@ class Captured(NamedTuple):
 
 
 def captured(file: Path) -> Iterator[Captured]:
-    """Yield the frames of a capture, whose frames may be those of CAN FD.
+    """Yield the frames of a capture, CAN FD frames included.
 
     Raises:
         UserError: if it cannot be read.
@@ -133,14 +132,14 @@ def captured(file: Path) -> Iterator[Captured]:
 
 
 def _whole(m: can.Message) -> Frame:
-    """Return a message with all its data, which of CAN FD are up to 64 bytes."""
+    """Return a message with all its data, up to 64 bytes with CAN FD."""
     if m.is_fd:
         return Frame(m.arbitration_id, bytes(m.data), m.is_remote_frame, m.is_extended_id)
     return as_frame(m)
 
 
 def kind_of(file: Path) -> str:
-    """Return by which ending python-can knows a log of frames: its content decides, if it can.
+    """Return the ending of a log's format in python-can: by content if possible, else by name.
 
     Raises:
         UserError: if it cannot be read.
@@ -153,7 +152,7 @@ def kind_of(file: Path) -> str:
 
 
 def _messages(file: Path, *, fd: bool = False) -> Iterator[can.Message]:
-    """Yield the classical CAN messages of a log, and those of CAN FD where wanted."""
+    """Yield the classical CAN messages of a log, and with `fd` also the CAN FD messages."""
     lines: list[Lines] = []
     try:
         input_files.check(file, input_files.CAPTURE)
@@ -169,14 +168,16 @@ def _messages(file: Path, *, fd: bool = False) -> Iterator[can.Message]:
         raise
     except OSError as error:
         raise UserError(f"{file}: cannot be read: {error.strerror or error}") from None
-    except Exception as error:  # python-can's readers answer damage with many kinds of exception
+    except (
+        Exception
+    ) as error:  # python-can's readers raise many kinds of exception for a damaged file
         if lines:
             raise lines[0].trouble("cannot be read as a frame") from None
         raise UserError(f"{file}: is not a readable log of frames: {error}") from None
 
 
 def _reader(file: Path, lines: list[Lines]) -> Generator[can.Message, None, None]:
-    """Yield what python-can's reader of a file finds; a text's lines are put into a list."""
+    """Yield the messages of python-can's reader; `lines` receives the lines of a text."""
     kind = kind_of(file)
     if kind == ".pcapng":
         yield from pcapng.messages(file)
@@ -188,33 +189,33 @@ def _reader(file: Path, lines: list[Lines]) -> Generator[can.Message, None, None
             yield from text
         return
     if kind == ".blf":
-        binary: Any = _Objects(file)
+        binary: Any = _BoundedBlfReader(file)
     else:
         binary = can.SqliteReader(str(file)) if kind == ".db" else can.LogReader(str(file))
     with binary:
         yield from binary
 
 
-def _as_it_is(line: str) -> str:
+def _unchanged(line: str) -> str:
     return line
 
 
 _TEXTS: dict[str, tuple[Any, Callable[[], Callable[[str], str]]]] = {
     ".asc": (can.ASCReader, Cumulated),
     ".log": (can.CanutilsLogReader, lambda: candump_line),
-    ".trc": (can.TRCReader, lambda: _as_it_is),
-    ".csv": (can.CSVReader, lambda: _as_it_is),
+    ".trc": (can.TRCReader, lambda: _unchanged),
+    ".csv": (can.CSVReader, lambda: _unchanged),
 }
-"""python-can's readers of texts by their endings, and what makes the lines that they get."""
+"""python-can's readers of texts by ending, and the factory of their line filter."""
 
 _FROM_ZERO = (".asc", ".blf")
-"""Formats whose channels python-can counts from 0, and Vector's tools from 1."""
+"""Formats whose channels count from 0 in python-can and from 1 in Vector's tools."""
 
 
-class _Objects(can.BLFReader):
+class _BoundedBlfReader(can.BLFReader):
     """Reads a BLF file whose containers unpack to bounded sizes and whose objects have a size.
 
-    The base class unpacks a container whole, and never ends at an object without a size.
+    The base class unpacks a container of any size, and loops for ever at an object of size 0.
     """
 
     def __init__(self, file: Path) -> None:
@@ -232,7 +233,7 @@ class _Objects(can.BLFReader):
         while len(header := self.file.read(_CONTAINER.size)) == _CONTAINER.size:
             signature, size, kind, method = _CONTAINER.unpack(header)
             if signature != _OBJECT or size < _CONTAINER.size:
-                return  # the base class says what is wrong with it
+                return  # the base class reports the error
             packed = self.file.read(size - _CONTAINER.size + size % 4)
             if (kind, method) == _PACKED:
                 unpacker = zlib.decompressobj()
@@ -248,6 +249,6 @@ class _Objects(can.BLFReader):
         while 0 <= at <= len(data) - _HEADER:
             (size,) = struct.unpack_from("<I", data, at + 8)
             if size < _HEADER:
-                raise ValueError(f"an object says that it has {size} bytes")
+                raise ValueError(f"an object states a size of {size} bytes")
             at = data.find(_OBJECT, at + size, at + size + 8)
         yield from super()._parse_data(data)

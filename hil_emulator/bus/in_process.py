@@ -1,8 +1,8 @@
-"""python-can's virtual bus for parties of one process, which pass each other frames as they are.
+"""python-can's virtual bus within one process, with frames passed as they are.
 
-Of a message python-can makes a deep copy for every receiver, and takes two locks to hand it over:
-that is many times the work of a tick. A `Frame` cannot change, so one serves all. Who has joined
-with python-can's own virtual bus gets messages, and is heard, too.
+python-can makes a deep copy of a message for every receiver and takes two locks per message, which
+takes many times the time of a tick. A `Frame` is immutable, so all receivers share it. Parties on
+python-can's virtual bus send and receive messages on the same channel.
 """
 
 import queue
@@ -21,15 +21,15 @@ _Inbox = queue.SimpleQueue[Frame | Burst | can.Message]
 
 
 class InProcessBus(virtual.VirtualBus):
-    """A virtual bus: as python-can's own, on the same channels, and faster among its like.
+    """A virtual bus on the channels of python-can's virtual bus, faster between its instances.
 
     Args:
-        channel: who gives the same one is on the same bus.
-        rx_queue_size: frames that wait at most, 0 for any number; a limit has its price in time.
-        **kwargs: as for python-can's own.
+        channel: name of the bus.
+        rx_queue_size: most frames in the receive queue, 0 for no limit; a limit costs time.
+        **kwargs: as for python-can's virtual bus.
 
     Attributes:
-        messages: what `receive_frames` has met that is no classical frame, to be taken away.
+        messages: received error frames and CAN FD frames; the owner empties the list.
 
     """
 
@@ -50,14 +50,14 @@ class InProcessBus(virtual.VirtualBus):
         self._look_round()
 
     def receive_frames(self, limit: int) -> list[Frame]:
-        """Return what has arrived, at most `limit`; never wait.
+        """Return the arrived frames, at most `limit`, without waiting.
 
-        Messages that are no frames wait in `messages`.
+        Error frames and CAN FD frames are appended to `messages`.
         """
         if not self._open:
             self._check_if_open()
         inbox = self.queue
-        waiting: int = inbox.qsize()  # nobody else takes from it
+        waiting: int = inbox.qsize()  # this thread is the only reader
         if self._unread or waiting > limit:
             return self._take(waiting, limit)
         arrived: list[Frame] = []
@@ -70,7 +70,7 @@ class InProcessBus(virtual.VirtualBus):
         return self._within(arrived, limit) if len(arrived) > limit else arrived
 
     def _take(self, waiting: int, limit: int) -> list[Frame]:
-        """Return what was left over the last time, and so much of what waits as is allowed."""
+        """Return the frames kept from the last call, then waiting ones, at most `limit`."""
         arrived, self._unread = self._unread, []
         while waiting and len(arrived) < limit:
             waiting -= 1
@@ -79,12 +79,12 @@ class InProcessBus(virtual.VirtualBus):
         return self._within(arrived, limit)
 
     def _within(self, arrived: list[Frame], limit: int) -> list[Frame]:
-        """Return what is allowed of what has arrived, and keep the rest."""
+        """Return at most `limit` of the arrived frames, and keep the others."""
         self._unread = arrived[limit:]
         return arrived[:limit]
 
     def _frames(self, item: Burst | can.Message) -> Iterable[Frame]:
-        """Return the frames of what is not one."""
+        """Return the frames of a burst or message."""
         if isinstance(item, Burst):
             return item
         if item.is_error_frame or item.is_fd:
@@ -93,7 +93,7 @@ class InProcessBus(virtual.VirtualBus):
         return (as_frame(item),)
 
     def send_frames(self, frames: Sequence[Frame]) -> int:
-        """Send frames; return how many somebody did not take."""
+        """Send frames; return the number of frames that a receiver did not accept."""
         if not self._open:
             self._check_if_open()
         if self.channel != self._present:
@@ -107,10 +107,10 @@ class InProcessBus(virtual.VirtualBus):
                 put(frame)
         if not self._others:
             return 0
-        return sum(not self._told(frame, self._others) for frame in frames)
+        return sum(not self._all_took(frame, self._others) for frame in frames)
 
     def _look_round(self) -> None:
-        """Note who is on the bus: who takes frames as they are, and who does not."""
+        """Sort the parties on the bus by whether they accept `Frame` objects."""
         self._present = list(self.channel)
         others = [inbox for inbox in self._present if inbox is not self.queue]
         self._alike = [inbox.put for inbox in others if type(inbox) is queue.SimpleQueue]
@@ -122,10 +122,10 @@ class InProcessBus(virtual.VirtualBus):
             super().send(msg, timeout)
             return
         if self.send_frames([as_frame(msg)]):
-            raise can.CanOperationError("somebody's queue is full")
+            raise can.CanOperationError("the queue of a receiver is full")
 
-    def _told(self, frame: Frame, stock: Iterable[Any]) -> bool:
-        """Send a frame to parties on python-can's own virtual bus; tell whether all took it."""
+    def _all_took(self, frame: Frame, stock: Iterable[Any]) -> bool:
+        """Send a frame to parties on python-can's virtual bus; return whether all accepted it."""
         complete = True
         for inbox in stock:
             try:
@@ -149,18 +149,18 @@ class InProcessBus(virtual.VirtualBus):
 
 
 def as_frame(message: can.Message) -> Frame:
-    """Return a classical data or remote frame as the emulator's parts have it."""
+    """Return a classical data or remote message of python-can as `Frame`."""
     remote = message.is_remote_frame
     data = bytes(min(message.dlc, _CLASSICAL_BYTES)) if remote else bytes(message.data)
     return Frame(message.arbitration_id, data[:_CLASSICAL_BYTES], remote, message.is_extended_id)
 
 
 def as_message(frame: Frame, **details: Any) -> can.Message:
-    """Return a frame as python-can has it.
+    """Return a frame as python-can's message.
 
     Args:
-        frame: the frame.
-        details: other arguments of `can.Message`.
+        frame: frame to convert.
+        details: further arguments of `can.Message`.
 
     """
     can_id, data, remote, extended = frame

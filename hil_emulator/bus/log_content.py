@@ -1,4 +1,4 @@
-"""What a log of frames is, by its content: endings such as `.asc`, `.csv` and `.dat` mislead."""
+"""Format of a log of frames by its content: endings such as `.asc`, `.csv` and `.dat` mislead."""
 
 import codecs
 import gzip
@@ -12,9 +12,9 @@ from hil_emulator import input_files
 from hil_emulator.errors import UserError
 
 HEAD = 64 * 1024
-"""Bytes of a file that show what it is (assumed)."""
+"""Bytes of a file's beginning from which its format is recognised (assumed)."""
 
-_LINES = 60  # of the head that are looked at
+_LINES = 60  # of the beginning that are examined
 _GZIP = b"\x1f\x8b"
 
 _MAGIC = {
@@ -50,13 +50,13 @@ _DATA = re.compile(r"^\W*(data|data ?bytes|d[01]|b[01]|data[01]|payload)\b", re.
 
 
 def content(file: Path) -> str:
-    """Return what kind of log of frames a file is; "" if it is none.
+    """Return the format of a log of frames; "" if the file is not a log of frames.
 
-    The kind is the ending that python-can knows it by, or "screen" (candump without `-L`),
+    The format is the ending that python-can uses for it, or "screen" (candump without `-L`),
     "busmaster" or "table" (a row for each frame).
 
     Raises:
-        OSError: if it cannot be read.
+        OSError: if the file cannot be read.
 
     """
     head = beginning(file)
@@ -76,8 +76,8 @@ def beginning(file: Path) -> bytes:
     """Return the first bytes of a file, unpacked.
 
     Raises:
-        UserError: if it is no regular file, or damaged.
-        OSError: if it cannot be read.
+        UserError: if the file is not a regular one, or damaged.
+        OSError: if the file cannot be read.
 
     """
     input_files.check(file, input_files.RECORDING)
@@ -93,7 +93,7 @@ def beginning(file: Path) -> bytes:
 
 
 def decoded(head: bytes) -> str:
-    """Return a text in the encoding that it seems to have."""
+    """Return a text decoded with `encoding_of`."""
     return head.decode(encoding_of(head), "replace")
 
 
@@ -127,10 +127,10 @@ def place_of(names: list[str], what: str) -> int:
 
 @contextmanager
 def plain(file: Path) -> Iterator[Path]:
-    """Yield a file, or what is packed in it (.gz) as a file of its name without that ending.
+    """Yield a file; of a packed one (.gz) a temporary file with the unpacked content.
 
     Raises:
-        UserError: if it is damaged, or unpacks to more than `input_files` allows.
+        UserError: if the file is damaged, or unpacks to more than `input_files` allows.
 
     """
     with file.open("rb") as stream:

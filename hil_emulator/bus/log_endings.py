@@ -1,4 +1,4 @@
-"""Log files of frames that other tools write: known by their endings before any is opened."""
+"""Endings of log files of frames that other tools write."""
 
 NAMES = {
     ".blf": "Vector's binary log", ".asc": "Vector's text log", ".log": "log of candump",
@@ -16,5 +16,4 @@ READ_ONLY = {
     ".mf4": "raw frames of bus loggers",
     ".txt": "candump on the screen with times, log of BusMaster",
 }
-"""Further formats of captures by their usual endings; the content decides. Each may be packed in
-`.gz`."""
+"""Usual endings of further capture formats; the content decides. Each may be packed in `.gz`."""

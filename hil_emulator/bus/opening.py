@@ -1,4 +1,4 @@
-"""From the `[bus]` table of a configuration to an open python-can bus, or one clear sentence."""
+"""Opens the python-can bus of a configuration's `[bus]` table."""
 
 import errno
 import importlib
@@ -16,21 +16,20 @@ from hil_emulator.bus.in_process import InProcessBus
 from hil_emulator.bus.tcp_server import SocketcandServerBus
 from hil_emulator.errors import UserError
 
-# Interfaces that name all their settings and silently swallow any other, so that a misspelt one
-# would have no effect. Drivers for hardware read settings their constructors do not name.
+# Interfaces whose constructors name all settings and ignore others without a message: a misspelt
+# setting would have no effect. Hardware drivers read settings that their constructors do not name.
 _STRICT = frozenset({"virtual", "socketcan", "socketcand", "socketcand_server"})
 
 _NO_KERNEL_CAN = (errno.EAFNOSUPPORT, errno.EPROTONOSUPPORT, errno.ESOCKTNOSUPPORT)
 
 
 def open_can_bus(settings: Mapping[str, object]) -> can.BusABC:
-    """Open the bus that `settings` describe: python-can's own names, passed on as they stand.
+    """Open the bus of `settings`, which are passed to python-can unchanged.
 
-    Configuration files and environment variables of python-can have no say: a rig is what its
-    own file tells.
+    Configuration files and environment variables of python-can are ignored.
 
     Raises:
-        UserError: where the bus cannot be opened.
+        UserError: if the bus cannot be opened.
 
     """
     given: dict[str, Any] = dict(settings)
@@ -50,9 +49,9 @@ def open_can_bus(settings: Mapping[str, object]) -> can.BusABC:
 
 
 def client_command(bus: can.BusABC, settings: Mapping[str, object]) -> str:
-    """Return a line for the shell with which a stock client joins an open bus.
+    """Return a shell command with which a stock client joins an open bus.
 
-    The client asks all 127 CANopen nodes for their device type and prints who answers.
+    The client requests the device type of all 127 CANopen nodes and prints which nodes answer.
     Source: `canopen`'s `Network.scanner`.
     """
     client = {key: settings[key] for key in ("interface", "channel") if key in settings}
@@ -70,11 +69,11 @@ def client_command(bus: can.BusABC, settings: Mapping[str, object]) -> str:
 
 
 def _unknown_interface(interface: object) -> str:
-    known = ", ".join(sorted(BACKENDS))
+    interfaces = ", ".join(sorted(BACKENDS))
     what = "has no interface" if interface is None else f"interface = {interface!r} is unknown"
     return (
         f"[bus] {what}. Use 'socketcand_server' (TCP), 'socketcan' (CAN of the Linux kernel), "
-        f"'virtual' (inside one process), or another interface of python-can: {known}."
+        f"'virtual' (inside one process), or another interface of python-can: {interfaces}."
     )
 
 
@@ -85,12 +84,12 @@ def _check_settings(interface: str, given: Mapping[str, object]) -> None:
         return
     module, name = BACKENDS[interface]
     bus_class = getattr(importlib.import_module(module), name)
-    known = {*_arguments(bus_class.__init__), *_arguments(can.BusABC.__init__)}
-    unknown = sorted(set(given) - known)
+    settings = {*_arguments(bus_class.__init__), *_arguments(can.BusABC.__init__)}
+    unknown = sorted(set(given) - settings)
     if unknown:
         raise UserError(
             f"[bus] {interface}: no such setting: {', '.join(unknown)}. "
-            f"There are: {', '.join(sorted(known))}."
+            f"There are: {', '.join(sorted(settings))}."
         )
 
 
@@ -100,7 +99,7 @@ def _arguments(constructor: Callable[..., None]) -> list[str]:
 
 
 def _refuse_if_down(bus: SocketcanBus) -> None:
-    """Raise what the socket has to say: binding it to an interface that is down succeeds."""
+    """Raise the socket's error if the interface is down, since binding to it succeeds."""
     code = bus.socket.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
     if code:
         bus.shutdown()

@@ -24,8 +24,8 @@ class Writer:
     """Writes frames into a pcapng file of one interface.
 
     Args:
-        file: where to.
-        remark: on the whole of it.
+        file: output file.
+        remark: comment of the file.
 
     """
 
@@ -64,7 +64,7 @@ def messages(file: Path) -> Iterator[can.Message]:
     """Yield the CAN frames of a pcapng file; other packets are left out.
 
     Raises:
-        ValueError: if it is damaged.
+        ValueError: if the file is damaged.
 
     """
     order, interfaces = "<", list[tuple[int, float]]()
@@ -74,7 +74,7 @@ def messages(file: Path) -> Iterator[can.Message]:
                 order, interfaces = _order(stream), []
             kind, size = struct.unpack(order + "II", head)
             if not 12 <= size <= _LONGEST:
-                raise ValueError(f"a block says that it has {size} bytes")
+                raise ValueError(f"a block states a size of {size} bytes")
             body = stream.read(size - 8)[:-4]
             if kind == _INTERFACE:
                 link = struct.unpack_from(order + "H", body)[0]
@@ -90,18 +90,18 @@ def _order(stream: BinaryIO) -> str:
 
 
 def _options(order: str, data: bytes) -> dict[int, bytes]:
-    found, at = {}, 0
+    options_by_code, at = {}, 0
     while at + 4 <= len(data):
         code, size = struct.unpack_from(order + "HH", data, at)
         if code == _END:
             break
-        found[code] = data[at + 4 : at + 4 + size]
+        options_by_code[code] = data[at + 4 : at + 4 + size]
         at += 4 + size + -size % 4
-    return found
+    return options_by_code
 
 
 def _tick(order: str, options: bytes) -> float:
-    """Return the unit of an interface's time stamps [s]; microseconds if none is stated."""
+    """Return the unit of an interface's time stamps [s]; default: microseconds."""
     power = (_options(order, options).get(_RESOLUTION) or b"\x06")[0]
     return float(2.0 ** -(power & 0x7F) if power & 0x80 else 10.0**-power)
 

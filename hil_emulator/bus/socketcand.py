@@ -1,4 +1,4 @@
-"""The socketcand text protocol in raw mode, without any input or output.
+"""The socketcand text protocol in raw mode: parser and formatter, without sockets.
 
 A conversation is a stream of commands between `<` and `>`:
 
@@ -9,8 +9,8 @@ A conversation is a stream of commands between `<` and `>`:
     server  < frame 123 23.424242 1A220344 >    identifier, time [s], bytes
     server  < error 040 23.424242 >             class of an error frame, time [s]
 
-An identifier of eight digits is a 29-bit one. The protocol has no remote frames and no CAN FD;
-python-can's client writes a remote frame as one without data, and a length above 0 gives it away.
+An identifier of eight digits has 29 bits. The protocol has no remote frames and no CAN FD.
+python-can's client writes a remote frame as a frame without data; a length above 0 reveals it.
 
 Source: socketcand's protocol description (`doc/protocol.md` of linux-can/socketcand).
 """
@@ -37,7 +37,7 @@ _PLAIN_SENDS = re.compile(
 )
 _DIGITS = "0123456789abcdefABCDEF"
 _BYTES = {(a + b).encode(): int(a + b, 16) for a in ("", *_DIGITS) for b in _DIGITS}
-"""Values by all ways of writing them."""
+"""Value of a byte by each of its spellings."""
 
 _STANDARD_FRAME, _EXTENDED_FRAME = b"< frame %03X %b %b >", b"< frame %08X %b %b >"
 _MAX_STANDARD_ID = 0x7FF  # CAN identifiers have 11 or 29 bits (ISO 11898-1)
@@ -45,27 +45,27 @@ _MAX_EXTENDED_ID = 0x1FFF_FFFF
 
 
 class CommandStream:
-    """Cuts a byte stream into commands, however the network has segmented it.
+    """Splits a byte stream into commands, independent of TCP segments.
 
-    What stands outside `<` and `>` is skipped, a `<` always starts anew, and an unfinished
-    command longer than `MAX_COMMAND` is forgotten: garbage costs neither memory nor the
-    commands after it.
+    Text outside `<` and `>` is skipped, a `<` begins a new command, and an unfinished command
+    longer than `MAX_COMMAND` is discarded. Invalid input thus takes no memory, and later commands
+    are read.
     """
 
     def __init__(self) -> None:
         self._unfinished = b""
 
     def sends(self, chunk: bytes) -> list[Frame] | None:
-        """Return the frames of a chunk of whole `send` commands, as clients write them.
+        """Return the frames of a chunk that consists of whole `send` commands, else None.
 
-        None where it is anything else: then it is for `feed`.
+        If None, pass the chunk to `feed`.
         """
-        found = _PLAIN_SENDS.findall(chunk)
+        parts_of_sends = _PLAIN_SENDS.findall(chunk)
         # each has one "<" and one ">": where there are no others, nothing is left over
-        if self._unfinished or not len(found) == chunk.count(b"<") == chunk.count(b">"):
+        if self._unfinished or not len(parts_of_sends) == chunk.count(b"<") == chunk.count(b">"):
             return None
-        frames = [frame for parts in found if (frame := _frame(*parts)) is not None]
-        return frames if len(frames) == len(found) else None
+        frames = [frame for parts in parts_of_sends if (frame := _frame(*parts)) is not None]
+        return frames if len(frames) == len(parts_of_sends) else None
 
     def feed(self, chunk: bytes) -> list[bytes]:
         """Return the commands completed by `chunk`, in order, without their brackets."""
@@ -78,17 +78,17 @@ class CommandStream:
 
 
 def opens(beginning: bytes) -> bool | None:
-    """Tell whether a stream begins with `< open`; None while that cannot be known yet."""
-    said = b"".join(beginning.split())[: len(_OPEN)]
-    if said == _OPEN:
+    """Return whether a stream begins with `< open`; None if it is too short to decide."""
+    begun = b"".join(beginning.split())[: len(_OPEN)]
+    if begun == _OPEN:
         return True
-    return None if _OPEN.startswith(said) and len(beginning) < MAX_COMMAND else False
+    return None if _OPEN.startswith(begun) and len(beginning) < MAX_COMMAND else False
 
 
 def parse_send(command: bytes) -> Frame | None:
-    """Return the frame of a `send` command; None where it is anything else or ill-formed.
+    """Return the frame of a `send` command; None for another or an invalid command.
 
-    A length without data is that of a remote frame.
+    A length above 0 without data is a remote frame.
     """
     match = _SEND.fullmatch(command)
     if match is None:
@@ -97,7 +97,7 @@ def parse_send(command: bytes) -> Frame | None:
 
 
 def _frame(id_text: bytes, length: bytes, data_text: bytes) -> Frame | None:
-    """Return the frame that a command's parts are; None where they contradict each other."""
+    """Return the frame of a command's parts; None if they contradict each other."""
     can_id, extended = int(id_text, 16), len(id_text) == 8
     data = bytes([_BYTES[digits] for digits in data_text.split()])
     remote = not data and length != b"0"
@@ -109,7 +109,7 @@ def _frame(id_text: bytes, length: bytes, data_text: bytes) -> Frame | None:
 
 
 def format_frames(frames: Iterable[Frame], time: float) -> bytes:
-    """Return the lines that tell a client about data frames seen at `time` [s].
+    """Return the lines that report data frames at `time` [s] to a client.
 
     An empty frame keeps both spaces around its missing data: python-can's client needs them.
     """
@@ -123,7 +123,7 @@ def format_frames(frames: Iterable[Frame], time: float) -> bytes:
 
 
 def format_error_frame(error_class: int, time: float) -> bytes:
-    """Return the line that tells a client about an error frame seen at `time` [s].
+    """Return the line that reports an error frame at `time` [s] to a client.
 
     Source: socketcand's raw mode (`state_raw.c`); the class is that of Linux's `can/error.h`.
     """

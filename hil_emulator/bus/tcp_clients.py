@@ -1,4 +1,4 @@
-"""Who is connected to a TCP bus: who comes, joins, is read from, written to, and goes."""
+"""Connections of a TCP bus: accepting, handshake, reading, writing and closing."""
 
 import contextlib
 import logging
@@ -15,7 +15,7 @@ from hil_emulator.frame import Frame
 _log = logging.getLogger(__name__)
 
 LOOK_AROUND_S = 0.005
-"""Time between looks for who comes [s] (assumed)."""
+"""Time between checks for new connections [s] (assumed)."""
 
 Take = Callable[[Connection, list[Frame]], None]
 """Takes the frames that a client has sent."""
@@ -25,18 +25,18 @@ class Clients:
     """The connections of a TCP bus, served in the calls of its owner.
 
     Args:
-        host: address to listen on; nothing listens beyond it.
-        port: TCP port, 0 for any free one.
-        channel: the name clients have to open.
-        take: takes what a client has sent.
+        host: address to listen on.
+        port: TCP port, 0 for any free port.
+        channel: channel name that clients have to open.
+        take: receives the frames that a client has sent.
 
     Attributes:
-        connected: those connected at present, whether they have finished their handshake or not.
-        host: the address in use.
-        port: the port in use.
+        connected: present connections, before and after their handshake.
+        host: address in use.
+        port: port in use.
 
     Raises:
-        can.CanInitializationError: where address and port cannot be listened on.
+        can.CanInitializationError: if address and port cannot be listened on.
 
     """
 
@@ -51,7 +51,7 @@ class Clients:
         self._selector.register(self._listener, selectors.EVENT_READ)
         self._knocks = readable(self._listener)
         self._refusals: set[str] = set()
-        self._silent: list[Connection] = []  # those in the pause after their handshake
+        self._silent: list[Connection] = []  # clients in the pause after their handshake
         self._look_around = 0.0  # [s] of time.monotonic()
         self._lost = 0
         self._senseless = 0
@@ -63,14 +63,14 @@ class Clients:
 
     @property
     def ignored(self) -> int:
-        """Commands of clients that made no sense."""
+        """Number of invalid commands of all clients."""
         return self._senseless + sum(client.ignored for client in self.connected)
 
     def serve_all(self) -> None:
-        """Read what every client has said, once, without asking who has said anything.
+        """Read once from every client, without a query which clients have sent something.
 
-        Who comes, or is in the midst of joining, is looked after every few milliseconds: asking
-        the system which sockets are ready takes longer than reading from one.
+        New clients and clients in their handshake are served every few milliseconds: a query of
+        the ready sockets takes longer than reading from one.
         """
         now = time.monotonic()
         if now >= self._look_around:
@@ -89,8 +89,8 @@ class Clients:
 
     def serve_ready(self, timeout: float | None) -> None:
         """Serve every socket that is ready, once; wait up to `timeout` [s] for the first."""
-        for known in self.connected:
-            known.acknowledge()
+        for connection in self.connected:
+            connection.acknowledge()
         if self._silent:
             timeout = self._end_pauses(timeout)
         for key, events in self._selector.select(timeout):
@@ -105,7 +105,7 @@ class Clients:
             self._watch(client)
 
     def write(self, lines: bytes, count: int, but: Connection | None = None) -> bool:
-        """Write `count` lines to those in raw mode, but one; False where a client lost them."""
+        """Write `count` lines to clients in raw mode except `but`; return whether all have them."""
         complete = True
         for client in self.connected:
             if client.raw and not client.gone and client is not but:
@@ -115,7 +115,7 @@ class Clients:
         return complete
 
     def close(self) -> None:
-        """Close the port and all connections; harmless when repeated."""
+        """Close the port and all connections; a second call has no effect."""
         for client in self.connected:
             client.close()
         self.connected = ()
@@ -123,7 +123,7 @@ class Clients:
         self._selector.close()
 
     def _accept(self) -> None:
-        with contextlib.suppress(OSError):  # who has gone again already need not be served
+        with contextlib.suppress(OSError):  # a client that is gone already needs no service
             sock, _ = self._listener.accept()
             if len(self.connected) >= MAX_CLIENTS:
                 self._dismiss()
@@ -136,7 +136,7 @@ class Clients:
             self._watch(client)
 
     def _dismiss(self) -> None:
-        """Let those go who hold a place without ever joining the bus."""
+        """Close connections that exceed `HANDSHAKE_LIMIT_S` without joining the bus."""
         for client in [c for c in self.connected if c.lingers]:
             client.refuse(f"no rawmode for {HANDSHAKE_LIMIT_S:g} s: connect again")
             self._watch(client)
@@ -157,7 +157,7 @@ class Clients:
             self._take(client, frames)
 
     def _watch(self, client: Connection) -> None:
-        """Forget a client that has vanished; watch the others for what they are waiting for."""
+        """Remove a client that has vanished; register the other clients' events."""
         if client not in self.connected:
             return
         if client.gone:
@@ -176,7 +176,7 @@ class Clients:
             self._selector.modify(client.socket, events, client)
 
     def _end_pauses(self, timeout: float | None) -> float | None:
-        """Let clients speak whose pause is over; return the time [s] until the next one's end."""
+        """End the pauses that are over; return the time until the next pause ends [s]."""
         now = time.monotonic()
         for client in self._silent:
             until = client.silent_until

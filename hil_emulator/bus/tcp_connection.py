@@ -1,4 +1,4 @@
-"""One client of the embedded TCP server: its socket, its handshake, what waits to be written."""
+"""One client of the embedded TCP server: its socket, its handshake, its write buffer."""
 
 import contextlib
 import socket
@@ -11,7 +11,7 @@ READ_BYTES = 2048  # taken from one client in one poll, about 50 frames; assumed
 WRITE_BUFFER_BYTES = 256 * 1024  # about 6500 frames, 0.7 s of a full 1 Mbit/s bus; assumed
 HANDSHAKE_PAUSE_S = 0.05  # python-can's client needs microseconds to read the last "ok"; assumed
 
-HANDSHAKE_LIMIT_S = 5.0  # who takes longer gives way to others; assumed
+HANDSHAKE_LIMIT_S = 5.0  # a slower client may be closed for another; assumed
 
 _QUICKACK: int | None = getattr(socket, "TCP_QUICKACK", None)  # Linux only
 
@@ -20,22 +20,22 @@ class Connection:
     """A client of the bus, from `< hi >` until it vanishes.
 
     A client that begins with anything but `< open` is refused at once: a web page can make a
-    browser post to this port, and what the body of its request says would be obeyed.
+    browser post to this port, and commands in the body of its request would be executed.
 
-    Frames for a client that has only just been told the last `< ok >` are held back for
-    `HANDSHAKE_PAUSE_S`, or until it speaks: python-can's client compares one whole `recv()` with
-    `< ok >`, and a frame in the same segment would fail its handshake.
+    Frames for a client are held back for `HANDSHAKE_PAUSE_S` after the last `< ok >`, or until the
+    client sends: python-can's client compares one whole `recv()` with `< ok >`, and a frame in the
+    same segment would fail its handshake.
 
     A client that stops reading loses frames, newest first, and stays connected, as a slow CAN
-    controller overruns its receive buffer but stays on the bus. To be disconnected would be
-    worse for it: python-can's client never notices a closed connection.
+    controller overruns its receive buffer but stays on the bus. Closing the connection would not
+    help: python-can's client does not notice it.
 
     Attributes:
-        raw: the handshake is over: frames go both ways.
-        gone: the client has vanished or is refused; whoever watches the socket should `close()` it.
-        refusal: why it is refused; "" for one that is not.
-        dropped: frames the client has lost because it did not read.
-        ignored: commands that were none, or made no sense.
+        raw: whether the handshake is complete and frames go both ways.
+        gone: whether the client has vanished or is refused; the owner then calls `close()`.
+        refusal: reason of a refusal, else "".
+        dropped: number of frames lost because the client did not read.
+        ignored: number of invalid commands.
 
     """
 
@@ -51,7 +51,7 @@ class Connection:
         self.ignored = 0
         self._since = time.monotonic()
         self._channel = channel
-        self._beginning: bytes | None = b""  # what it has said first; None once that is known
+        self._beginning: bytes | None = b""  # first bytes received; None once they are checked
         self._opened = False
         self._silent_until: float | None = None  # [s] of time.monotonic()
         self._commands = socketcand.CommandStream()
@@ -61,12 +61,12 @@ class Connection:
 
     @property
     def lingers(self) -> bool:
-        """Whether it is long since the client came, and it still is not on the bus."""
+        """Whether the client has exceeded `HANDSHAKE_LIMIT_S` without joining the bus."""
         return not self.raw and time.monotonic() - self._since > HANDSHAKE_LIMIT_S
 
     @property
     def wants_to_write(self) -> bool:
-        """Whether something waits for the socket to take more."""
+        """Whether the write buffer is not empty."""
         return bool(self._waiting) and self._silent_until is None
 
     @property
@@ -75,7 +75,7 @@ class Connection:
         return self._silent_until
 
     def read(self) -> list[Frame]:
-        """Take what has arrived, at most `READ_BYTES`, and return the frames in it."""
+        """Read at most `READ_BYTES`, and return the frames in them."""
         try:
             chunk = self.socket.recv(READ_BYTES)
             self._owes_acknowledgement = True
@@ -97,18 +97,18 @@ class Connection:
         return [frame for frame in frames if frame is not None]
 
     def acknowledge(self) -> None:
-        """Acknowledge what was read, unless something written since has done so on its way.
+        """Acknowledge received bytes at once, unless a written segment has done so.
 
-        A late acknowledgement would hold up the next small segment of a client that has left
-        Nagle's algorithm on, by 40 ms. The kernel clears the option by itself.
+        A delayed acknowledgement holds up the next small segment of a client with Nagle's
+        algorithm by 40 ms. The kernel clears the option by itself.
         """
         if self._owes_acknowledgement and _QUICKACK is not None and not self.gone:
-            with contextlib.suppress(OSError):  # a client that has vanished is found out elsewhere
+            with contextlib.suppress(OSError):  # `read` detects a vanished client
                 self.socket.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)
         self._owes_acknowledgement = False
 
     def write(self, lines: bytes, count: int) -> bool:
-        """Send `count` whole lines, now or later; False where they had to be dropped."""
+        """Send `count` whole lines now or later; return False if they were dropped."""
         if len(self._waiting) + len(lines) > WRITE_BUFFER_BYTES:
             self.dropped += count
             return False
@@ -121,11 +121,11 @@ class Connection:
         return True
 
     def flush(self) -> None:
-        """Write what waits, as much as the socket takes."""
+        """Write as much of the buffer as the socket accepts."""
         del self._waiting[: self._taken(self._waiting)]
 
     def _taken(self, lines: bytes | bytearray) -> int:
-        """Write to the socket; return how many bytes it has taken."""
+        """Write to the socket; return the number of bytes that it accepted."""
         try:
             count = self.socket.send(lines)
         except BlockingIOError:
@@ -137,18 +137,18 @@ class Connection:
         return count
 
     def speak_up(self) -> None:
-        """End the pause after the handshake and write what has been held back."""
+        """End the pause after the handshake and write the frames held back."""
         self._silent_until = None
         if self._waiting:
             self.flush()
 
     def refuse(self, reason: str) -> None:
-        """Mark the client as refused; it is to be sent the reason before its socket is closed."""
+        """Mark the client as refused; the owner sends it `reason` and closes the socket."""
         self.refusal = reason
         self.gone = True
 
     def close(self) -> None:
-        """Close the socket; what was still to be written is lost with the client."""
+        """Close the socket; the write buffer is discarded."""
         self.gone = True
         self._waiting.clear()
         self.socket.close()
@@ -165,7 +165,7 @@ class Connection:
         return frame
 
     def _begins_well(self, chunk: bytes) -> bool:
-        """Tell whether what has come so far can be the beginning of a client of this bus."""
+        """Return whether the bytes received so far can begin with `< open`."""
         assert self._beginning is not None
         self._beginning = (self._beginning + chunk)[: socketcand.MAX_COMMAND]
         verdict = socketcand.opens(self._beginning)
@@ -189,7 +189,7 @@ class Connection:
             self._reply(socketcand.format_error(f"only open {self._channel}, then rawmode"))
 
     def _reply(self, line: bytes) -> None:
-        # Each in a segment of its own; one that does not fit tells of a peer that never reads.
+        # Each reply is a segment; a reply that does not fit means that the peer never reads.
         try:
             self.gone |= self.socket.send(line) < len(line)
         except OSError:

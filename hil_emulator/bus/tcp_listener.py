@@ -1,4 +1,4 @@
-"""The port at which TCP clients come to a bus."""
+"""The listening socket of a TCP bus, and refusal of clients."""
 
 import contextlib
 import functools
@@ -14,14 +14,14 @@ from hil_emulator.bus import socketcand
 _UNREAD_BYTES = 1 << 16  # of a client that is refused (assumed)
 
 MAX_CLIENTS = 16
-"""Clients at a time (assumed)."""
+"""Largest number of clients at a time (assumed)."""
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """Return a socket that listens, and never waits.
+    """Return a listening, non-blocking socket.
 
     Raises:
-        can.CanInitializationError: where address and port cannot be listened on.
+        can.CanInitializationError: if address and port cannot be listened on.
 
     """
     listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
@@ -38,7 +38,7 @@ def listen(host: str, port: int) -> socket.socket:
 
 
 def readable(sock: socket.socket) -> Callable[[], object]:
-    """Return what tells whether a socket has something: one call, and no exception if it has not.
+    """Return a function that returns a true value if the socket is readable.
 
     A selector takes many times as long for a single socket.
     """
@@ -50,8 +50,8 @@ def readable(sock: socket.socket) -> Callable[[], object]:
 
 
 def refuse(sock: socket.socket, reason: str) -> None:
-    """Send a client the reason why it is refused, and close its connection."""
-    with sock, contextlib.suppress(OSError):  # one that has gone already
+    """Send a client the reason of its refusal, and close its connection."""
+    with sock, contextlib.suppress(OSError):  # the client may be gone already
         sock.setblocking(False)
         sock.send(socketcand.format_error(reason))
         sock.shutdown(socket.SHUT_WR)

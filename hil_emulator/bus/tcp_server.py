@@ -1,8 +1,8 @@
-"""A CAN bus over TCP for machines whose kernel has none: python-can's `socketcand_server`.
+"""A CAN bus over TCP for machines whose kernel has no CAN: python-can's `socketcand_server`.
 
-The bus *is* the server: whoever polls it for frames also serves its clients. There is no thread.
-Every data frame a client sends reaches the owner of the bus and all other clients, as on a wire.
-Remote frames reach the owner only: see `SocketcandServerBus`.
+The bus is the server and has no thread: polling it for frames also serves its clients. A client's
+data frame reaches the owner of the bus and all other clients, as on a wire. Remote frames reach
+the owner only: see `SocketcandServerBus`.
 Stock clients connect with `can.Bus(interface="socketcand", host=..., port=..., channel=...)`.
 """
 
@@ -24,35 +24,35 @@ DEFAULT_PORT = 29536  # socketcand's registered TCP port
 _log = logging.getLogger(__name__)
 
 SYNC = 0x080
-"""Predefined identifier of SYNC, which is empty or carries a counter (CiA 301 7.2.5): who produced
-it with one may consume it without one later."""
+"""Predefined identifier of SYNC, which is empty or carries a counter (CiA 301 7.2.5): a node may
+produce it with a counter and later consume it without."""
 
 
 class SocketcandServerBus(can.BusABC):
     """A python-can bus whose other nodes are TCP clients speaking socketcand.
 
-    To be used from one thread. Nothing moves between calls: poll it with `recv(0)` in a loop.
+    Use it from one thread, and poll it with `recv(0)` in a loop: it works only during calls.
 
-    Stock clients write a remote frame as an empty data frame. As an identifier has one sender,
-    an empty frame under one that the owner itself sends data with was a remote frame: the owner
-    is told so, and the other clients, to whom the protocol cannot tell it, hear nothing.
+    Stock clients write a remote frame as an empty data frame. An identifier has one sender, so an
+    empty frame whose identifier the owner uses for data was a remote frame. The owner receives it
+    as one; the other clients do not receive it, since the protocol has no remote frames.
 
     Args:
-        channel: the name clients have to open.
-        host: address to listen on; nothing listens beyond it.
-        port: TCP port, 0 for any free one.
+        channel: channel name that clients have to open.
+        host: address to listen on.
+        port: TCP port, 0 for any free port.
         can_filters: as for every python-can bus.
         **kwargs: further settings common to python-can's buses.
 
     Attributes:
-        host: the address in use.
-        port: the port in use.
-        dropped: frames lost to clients that did not read them, each client counting.
-        ignored: commands of clients that made no sense.
-        messages: what arrived and is no classical frame: nothing here.
+        host: address in use.
+        port: port in use.
+        dropped: number of frames lost by clients that did not read, summed over clients.
+        ignored: number of invalid commands of all clients.
+        messages: received messages that are not classical frames; always empty here.
 
     Raises:
-        can.CanInitializationError: where address and port cannot be listened on.
+        can.CanInitializationError: if address and port cannot be listened on.
 
     """
 
@@ -70,13 +70,13 @@ class SocketcandServerBus(can.BusABC):
         self.channel_info = f"socketcand server for {channel} on {self.host}:{self.port}"
         self.messages: list[can.Message] = []
         self._inbox: deque[Frame] = deque()
-        self._own: set[int] = set()  # identifiers under which the owner has sent data
+        self._data_ids: set[int] = set()  # identifiers under which the owner has sent data
         self._warned = False
         super().__init__(channel=channel, can_filters=can_filters, **kwargs)
 
     @property
     def clients(self) -> int:
-        """Clients connected at present, whether they have finished their handshake or not."""
+        """Number of connected clients, before and after their handshake."""
         return len(self._clients.connected)
 
     @property
@@ -86,7 +86,7 @@ class SocketcandServerBus(can.BusABC):
 
     @property
     def ignored(self) -> int:
-        """Commands of clients that made no sense."""
+        """Number of invalid commands of all clients."""
         return self._clients.ignored
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
@@ -109,7 +109,7 @@ class SocketcandServerBus(can.BusABC):
             raise can.CanOperationError("a client that does not read has lost this frame")
 
     def receive_frames(self, limit: int) -> list[Frame]:
-        """Read what every client has said, once; return what has arrived, at most `limit`."""
+        """Read once from every client; return the arrived frames, at most `limit`."""
         self._clients.serve_all()
         if len(self._inbox) > limit:
             return [self._inbox.popleft() for _ in range(limit)]
@@ -118,7 +118,7 @@ class SocketcandServerBus(can.BusABC):
         return arrived
 
     def send_frames(self, frames: Collection[Frame]) -> int:
-        """Send frames to all clients in one write for each; return how many some did not get."""
+        """Send frames to all clients, one write each; return how many frames a client lost."""
         carried = []
         for frame in frames:
             can_id, data, remote, extended = frame
@@ -126,13 +126,13 @@ class SocketcandServerBus(can.BusABC):
                 self._warn(can_id)
                 continue
             if data:
-                self._own.add(can_id | EXTENDED if extended else can_id)
+                self._data_ids.add(can_id | EXTENDED if extended else can_id)
             carried.append(frame)
-        told = not carried or self._tell(carried)
-        return len(frames) - (len(carried) if told else 0)
+        complete = not carried or self._send_to_all(carried)
+        return len(frames) - (len(carried) if complete else 0)
 
     def shutdown(self) -> None:
-        """Close the port and all connections; harmless when repeated."""
+        """Close the port and all connections; a second call has no effect."""
         super().shutdown()
         self._clients.close()
 
@@ -153,30 +153,30 @@ class SocketcandServerBus(can.BusABC):
         return message, False
 
     def _take(self, client: Connection, frames: list[Frame]) -> None:
-        """Take what a client has sent, and hand it on to the others."""
-        # only one without data can have been another frame, or be one that is warned of
+        """Receive a client's frames, and forward them to the other clients."""
+        # only a frame without data can be a remote frame
         meant = [frame if frame.data else self._as_meant(frame) for frame in frames]
         self._inbox.extend(meant)
         if len(self._clients.connected) > 1:
-            self._tell([frame for frame in meant if not frame.remote], client)
+            self._send_to_all([frame for frame in meant if not frame.remote], client)
 
     def _as_meant(self, frame: Frame) -> Frame:
-        """Return a client's frame, or the remote frame that it was before it became text."""
-        if not frame.data and frame.identifier in self._own and frame.can_id != SYNC:
+        """Return a client's frame, as remote frame if the client meant one."""
+        if not frame.data and frame.identifier in self._data_ids and frame.can_id != SYNC:
             frame = frame._replace(remote=True)
         if frame.remote:
             self._warn(frame.can_id)
         return frame
 
     def _warn(self, can_id: int) -> None:
-        """Say once that remote frames do not get through."""
+        """Log once that remote frames do not reach the TCP clients."""
         if not self._warned:
             self._warned = True
             _log.warning(
-                "remote frame %03X: socketcand carries none to the TCP clients; use a bus of the "
+                "remote frame %03X: socketcand cannot carry it to TCP clients; use a bus of the "
                 "kernel (interface = 'socketcan') where controllers rely on them", can_id,
             )  # fmt: skip
 
-    def _tell(self, frames: list[Frame], but: Connection | None = None) -> bool:
-        """Send frames to all clients but one; False where a client has lost them."""
+    def _send_to_all(self, frames: list[Frame], but: Connection | None = None) -> bool:
+        """Send frames to all clients except `but`; return False if a client lost them."""
         return self._clients.write(socketcand.format_frames(frames, time.time()), len(frames), but)

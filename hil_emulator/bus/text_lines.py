@@ -1,4 +1,4 @@
-"""The lines of a text log, numbered, in any usual encoding, for readers that know none of that."""
+"""The lines of a text log in any usual encoding, numbered, for python-can's readers."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -8,7 +8,7 @@ from hil_emulator.bus.log_content import CANDUMP, beginning, encoding_of
 from hil_emulator.errors import UserError
 
 REMARKS = ("#", ";", "//", "%")
-"""How a line begins that is a remark."""
+"""Beginnings of a remark line."""
 
 _STAMP = re.compile(r"^\s*(\d+\.\d+)")
 _RELATIVE = re.compile(r"^base\s+\w+\s+timestamps\s+relative", re.IGNORECASE)
@@ -18,13 +18,13 @@ class Lines:
     """The lines of a text, as python-can reads them from a stream.
 
     Args:
-        file: the text.
-        kept: returns a line as the reader takes it, "" to leave it out; raises ValueError for one
-            that it cannot read.
+        file: text file.
+        kept: returns a line in the reader's form, "" to leave it out; raises ValueError for a line
+            that cannot be read.
 
     Attributes:
-        number: of the last line, from 1.
-        line: the last line.
+        number: number of the last line, from 1.
+        line: last line.
 
     """
 
@@ -61,7 +61,7 @@ def candump_line(line: str) -> str:
     """Return a line of candump's log; "" for a remark.
 
     Raises:
-        ValueError: if it is anything else.
+        ValueError: if the line is neither.
 
     """
     if not line.strip() or line.lstrip().startswith(REMARKS):
@@ -72,7 +72,7 @@ def candump_line(line: str) -> str:
 
 
 class Cumulated:
-    """Turns the time stamps of Vector's ASC that count from event to event into a clock."""
+    """Converts time stamps of Vector's ASC from time since the last event to absolute time."""
 
     def __init__(self) -> None:
         self._relative, self._sum = False, 0.0
