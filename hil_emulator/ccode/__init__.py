@@ -1,1 +1,1 @@
-"""The model in C: its own text, translated once, for tools and controllers without Python."""
+"""Translation of the model's Python text to C, for tools and controllers without Python."""

@@ -1,4 +1,4 @@
-"""What a value of the model is in C."""
+"""C types of the model's values."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,12 +8,12 @@ import numpy as np
 
 
 class TranslationError(ValueError):
-    """The model's text holds something that has no C here."""
+    """The model's text holds something that cannot be translated to C."""
 
 
 @dataclass(frozen=True)
 class Number:
-    """A number: "real", which is double or float, "int" or "bool"."""
+    """A number: "real" (double or float), "int" or "bool"."""
 
     kind: str
 
@@ -23,11 +23,11 @@ REAL, INT, BOOL, NOTHING = Number("real"), Number("int"), Number("bool"), Number
 
 @dataclass(frozen=True)
 class Record:
-    """A record of the model, behind a pointer.
+    """A record of the model, passed by pointer.
 
     Attributes:
-        name: of the C structure.
-        fields: its fields and how many numbers each holds.
+        name: name of the C structure.
+        fields: name of each field, and the number of its values.
 
     """
 
@@ -37,7 +37,7 @@ class Record:
 
 @dataclass(frozen=True)
 class Records:
-    """Several records, one after the other."""
+    """An array of records."""
 
     of: Record
 
@@ -47,9 +47,9 @@ class Numbers:
     """An array.
 
     Attributes:
-        shape: its length in each dimension; None for the first one where only a run knows it.
-        of: what it holds.
-        fixed: whether it is never written.
+        shape: length of each dimension; None for a first dimension known at run time only.
+        of: type of the elements.
+        fixed: whether the array is read-only.
 
     """
 
@@ -60,10 +60,10 @@ class Numbers:
 
 @dataclass(frozen=True)
 class Several:
-    """A few values in one structure: a named tuple, or what a function returns at once.
+    """Several values in one structure: a named tuple, or the results of a function.
 
     Attributes:
-        name: of the C structure.
+        name: name of the C structure.
         fields: names and types of the values.
 
     """
@@ -85,11 +85,11 @@ _TAKEN = {
     "log1p", "log2", "pow", "round", "sin", "sinh", "sqrt", "tan", "tanh", "trunc", "y0",
     "y1", "yn", "index", "main",
 }  # fmt: skip
-"""Words that C, its library or the frame around the translated functions use themselves."""
+"""Names that C, its library or the code around the translated functions use."""
 
 
 def c_name(name: str) -> str:
-    """Return a name of the model as C can bear it."""
+    """Return a name of the model as a valid identifier of C."""
     plain = name.lstrip("_")
     return f"{plain}_" if plain in _TAKEN else plain
 
@@ -101,7 +101,7 @@ def record(name: str, layout: np.dtype[Any]) -> Record:
 
 
 def several_reals(count: int) -> Several:
-    """Return the structure in which a function gives back several numbers."""
+    """Return the structure for a function's result of several numbers."""
     return Several(f"real{count}", tuple((f"v{i}", REAL) for i in range(count)))
 
 
@@ -109,9 +109,9 @@ def declared(kind: CType, name: str, real: str) -> str:
     """Return the declaration of a variable or an argument of a type.
 
     Args:
-        kind: its type.
-        name: its name; "" for the type alone.
-        real: "double" or "float".
+        kind: type of the variable.
+        name: name of the variable; "" for the type alone.
+        real: C type of real numbers, "double" or "float".
 
     """
     space = " " if name else ""

@@ -1,4 +1,4 @@
-"""C compilers: the machine's own, and the one of the package `ziglang` for other systems."""
+"""C compilers: the one of this machine, and that of the package `ziglang` for other systems."""
 
 import importlib.util
 import platform
@@ -14,18 +14,18 @@ FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-shared")
 
 
 class CompilerError(Exception):
-    """There is no compiler for a target, or it refused; says what it said."""
+    """There is no compiler for a target, or the compiler failed; contains its message."""
 
 
 @dataclass(frozen=True)
 class System:
-    """A system that a shared library is made for.
+    """Target system of a shared library.
 
     Attributes:
-        name: processor and system, as FMI 3.0 calls its folder.
-        fmi2: the same as FMI 2.0 calls it; "" where it has no word for it.
+        name: folder name of FMI 3.0 for processor and system.
+        fmi2: folder name of FMI 2.0; "" if it defines none for this system.
         suffix: ending of a shared library.
-        triple: what `ziglang` calls it: for Linux a C library as old as of 2012.
+        triple: target name of `ziglang`; for Linux with a C library of 2012.
 
     """
 
@@ -47,7 +47,7 @@ TARGETS = (
 
 
 def host() -> System | None:
-    """Return the system that this is, where it is one of `TARGETS`."""
+    """Return this machine's system if it is in `TARGETS`, else None."""
     machine = {"AMD64": "x86_64", "arm64": "aarch64"}.get(platform.machine(), platform.machine())
     name = f"{machine}-{platform.system().lower()}"
     return next((target for target in TARGETS if target.name == name), None)
@@ -59,13 +59,13 @@ def build_library(
     """Compile C files into a shared library.
 
     Args:
-        sources: the files; headers are looked for beside them.
-        library: what becomes of them.
-        target: the system that it is for.
-        flags: further ones than `FLAGS`.
+        sources: C files; their folder is searched for headers.
+        library: shared library to write.
+        target: system of the library.
+        flags: flags in addition to `FLAGS`.
 
     Raises:
-        CompilerError: if there is no compiler for that, or it finds an error.
+        CompilerError: if there is no compiler for the target, or the compiler reports an error.
 
     """
     position = [] if target is WINDOWS else ["-fPIC"]
@@ -82,13 +82,13 @@ def build_library(
     ]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     if done.returncode:
-        raise CompilerError(f"{words[0]} says: {done.stderr.strip()}")
+        raise CompilerError(f"{words[0]} failed: {done.stderr.strip()}")
 
 
 def _compiler(target: System) -> list[str]:
-    own = next((path for name in ("cc", "gcc", "clang") if (path := shutil.which(name))), None)
-    if own and target is host():
-        return [own]
+    compiler = next((path for name in ("cc", "gcc", "clang") if (path := shutil.which(name))), None)
+    if compiler and target is host():
+        return [compiler]
     if importlib.util.find_spec("ziglang"):
         return [sys.executable, "-m", "ziglang", "cc", "-target", target.triple]
     raise CompilerError(

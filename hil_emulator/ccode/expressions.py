@@ -1,6 +1,6 @@
-"""An expression of the model's text as one of C, with its type.
+"""Translates an expression of the model's text to C, with its type.
 
-Operators stay in the order in which Python evaluates them, so that both round alike.
+The order of evaluation is that of Python, so that both round alike.
 """
 
 import ast
@@ -36,7 +36,7 @@ _MATH = frozenset(
     ("sqrt", "exp", "expm1", "log", "log2", "log10", "log1p", "pow", "sin", "cos", "tan", "asin",
      "acos", "atan", "atan2", "sinh", "cosh", "tanh", "copysign", "floor", "ceil", "hypot", "fmod")
 )  # fmt: skip
-"""Functions that are called in `math` as they are in C."""
+"""Functions with the same name in `math` and in C."""
 
 
 @dataclass(frozen=True)
@@ -44,9 +44,9 @@ class Expression:
     """An expression in C.
 
     Attributes:
-        text: how it is written.
-        kind: its type.
-        binds: how tightly its outermost operator binds.
+        text: text in C.
+        kind: type of the value.
+        binds: precedence of the outermost operator.
 
     """
 
@@ -55,12 +55,12 @@ class Expression:
     binds: int = _ATOM
 
     def within(self, binds: int) -> str:
-        """Return its text as the operand of an operator, in brackets where it needs them."""
+        """Return the text as operand of an operator of precedence `binds`, bracketed if needed."""
         return self.text if self.binds >= binds else f"({self.text})"
 
 
 class Surroundings(Protocol):
-    """What a function finds outside of itself."""
+    """Functions and constants outside of the translated function."""
 
     single: bool
 
@@ -77,9 +77,9 @@ class Expressions(ast.NodeVisitor):
     """Translates the expressions of one function.
 
     Args:
-        program: what is outside of the function.
-        scope: the globals that it sees.
-        local: its arguments and variables, by name; grows while it is translated.
+        program: functions and constants outside of the function.
+        scope: globals of the function's module.
+        local: arguments and variables by name; variables are added during translation.
 
     """
 
@@ -94,14 +94,14 @@ class Expressions(ast.NodeVisitor):
         """Return an expression in C.
 
         Raises:
-            TranslationError: if it holds what has no C here.
+            TranslationError: if the expression cannot be translated.
 
         """
-        found: Expression = self.visit(node)
-        return found
+        translated: Expression = self.visit(node)
+        return translated
 
     def generic_visit(self, node: ast.AST) -> Any:
-        """Refuse what is not known."""
+        """Refuse a kind of expression without a translation."""
         raise TranslationError(f"line {getattr(node, 'lineno', '?')}: '{ast.unparse(node)}'")
 
     def visit_Constant(self, node: ast.Constant) -> Expression:
@@ -143,7 +143,7 @@ class Expressions(ast.NodeVisitor):
         return Expression(f"{whole}{arrow}{c_name(node.attr)}", kind)
 
     def visit_Subscript(self, node: ast.Subscript) -> Expression:
-        """Take an element, a row, or what begins at one."""
+        """Translate an element, a row, or a slice from an element on."""
         owner, place = self.value(node.value), node.slice
         if isinstance(place, ast.Slice):
             return self._from(owner, place)
@@ -252,7 +252,7 @@ class Expressions(ast.NodeVisitor):
         return Expression(f"{self._math(name)}({given})", REAL)
 
     def _as_floats(self, records: Expression) -> Expression:
-        """See the memory of records as numbers."""
+        """Access the memory of records as numbers."""
         real = "float" if self.program.single else "double"
         return Expression(f"({real} *){records.within(_UNARY)}", Numbers((None,)), _UNARY)
 
@@ -269,7 +269,7 @@ class Expressions(ast.NodeVisitor):
 
 
 def literal(value: float, single: bool) -> str:
-    """Return a floating-point number that reads back as itself."""
+    """Return a literal that C reads as exactly the given number."""
     if math.isinf(value):
         return "INFINITY" if value > 0.0 else "-INFINITY"
     if math.isnan(value):
@@ -284,5 +284,5 @@ def _joined(parts: Sequence[Expression], sign: str, binds: int) -> Expression:
 def _length(array: Expression) -> Expression:
     if not isinstance(array.kind, Numbers):
         raise TranslationError(f"the length of '{array.text}'")
-    known = array.kind.shape[0]
-    return Expression(f"{array.text}_length" if known is None else str(known), INT)
+    length = array.kind.shape[0]
+    return Expression(f"{array.text}_length" if length is None else str(length), INT)

@@ -1,4 +1,4 @@
-"""The plant in C, compiled for this machine and called from here: to compare and to measure."""
+"""The plant in C, compiled for this machine and called from Python, for tests and `bench`."""
 
 import ctypes
 import tempfile
@@ -40,23 +40,23 @@ class CompiledPlant:
     """A plant with its sensors, in C.
 
     Args:
-        actuator: what it is.
-        kernel: any kernel that knows its effects: gives the layout of the memory.
-        single: compute with float.
+        actuator: actuator to compile.
+        kernel: kernel with at least the actuator's effects; defines the memory layout.
+        single: whether to compute with float instead of double.
 
     Attributes:
-        memory: the structure's members by name, see `memory_layout`.
+        memory: members of the structure by name, see `memory_layout`.
 
     Raises:
         CompilerError: if this machine has no C compiler.
-        TranslationError: if an effect's law holds what has no C here.
+        TranslationError: if an effect's law cannot be translated to C.
 
     """
 
     def __init__(self, actuator: Exported, kernel: Kernel, *, single: bool = False) -> None:
         target = host()
         if target is None:
-            raise CompilerError("this system is none that a library is made for")
+            raise CompilerError("a library cannot be made for this system")
         with tempfile.TemporaryDirectory() as folder:
             files = write_sources(actuator, Path(folder), single=single)
             library = Path(folder) / f"plant{target.suffix}"
@@ -71,16 +71,16 @@ class CompiledPlant:
         getattr(self._library, f"{actuator.name}_configure")(self._address)
 
     def start(self) -> None:
-        """Be at rest at the configured position."""
+        """Set the plant at rest at the configured position."""
         self._start(self._address)
 
     def tick(self) -> bool:
-        """Let one tick pass; tell whether the state is finite."""
+        """Integrate over one tick; return whether the state is finite."""
         return bool(self._tick(self._address))
 
 
 def write_sources(actuator: Exported, folder: Path, *, single: bool = False) -> list[Path]:
-    """Write header and source file; return what is to be compiled."""
+    """Write header and source file; return the files to compile."""
     header, body = sources(actuator, single=single)
     (folder / f"{actuator.name}.h").write_text(header, encoding="utf-8")
     (folder / f"{actuator.name}.c").write_text(body, encoding="utf-8")

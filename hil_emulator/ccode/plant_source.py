@@ -36,17 +36,17 @@ _COUNT = len(CHANNELS)
 
 @dataclass(frozen=True)
 class Exported:
-    """What is put into C.
+    """An actuator to translate to C.
 
     Attributes:
-        name: begins every public name: an identifier of C.
-        title: one line for the reader.
-        effects: those that the model shall know.
+        name: prefix of every public name; a valid identifier of C.
+        title: one-line description.
+        effects: effects of the model.
         values: parameters of the plant by record field, SI.
         sensors: transducer parameters by channel and record field, SI.
         step: integration step [s].
         steps: integration steps per tick.
-        seed: of the sensors' noise.
+        seed: seed of the sensors' noise.
 
     """
 
@@ -64,11 +64,11 @@ def sources(actuator: Exported, *, single: bool = False) -> tuple[str, str]:
     """Return header and source file.
 
     Args:
-        actuator: what they shall be.
-        single: compute with float in place of double.
+        actuator: actuator to translate.
+        single: whether to compute with float instead of double.
 
     Raises:
-        TranslationError: if an effect's law holds what has no C here.
+        TranslationError: if an effect's law cannot be translated to C.
 
     """
     kernel = build(actuator.effects, compiled=False)
@@ -113,11 +113,11 @@ def sources(actuator: Exported, *, single: bool = False) -> tuple[str, str]:
 _RECORDS = (
     "parameters", "state", "past", "inputs", "held", "signals", "channel", "memory", "channel_past",
 )  # fmt: skip
-"""The model's records, by what `Kernel` calls them."""
+"""The model's records by their name in `Kernel`."""
 
 
 def _translate(program: Translation, types: Mapping[str, Record], kernel: Kernel) -> None:
-    """Translate what the frame in `plant.c.in` calls."""
+    """Translate the functions that `plant.c.in` calls."""
     par, held, state, y = (types[n] for n in ("parameters", "held", "state", "signals"))
     several = tuple(Records(r) for r in (state, state, par, held, y))
     memory = Numbers((kernel.state.itemsize // 8,))
@@ -163,29 +163,29 @@ def _row(row: Iterable[float], single: bool) -> str:
 
 
 def _noise(kernel: Kernel) -> str:
-    """Return how a channel draws its number: only where there is noise."""
+    """Return the statement that draws a channel's random number, if the channel has noise."""
     if "noise_sigma" not in (kernel.channel.names or ()):
         return "normals[i] = 0; /* no channel is noisy */"
     return "normals[i] = plant->sensors[i].noise_sigma != 0 ? normal(&plant->random) : 0;"
 
 
 def _stretching(kernel: Kernel) -> str:
-    """Return what `stretch_under` takes beside the force."""
-    known = kernel.parameters.names or ()
-    return ", ".join(f"par->{name}" if name in known else "0" for name in STRETCHING)
+    """Return the arguments of `stretch_under` after the force."""
+    names = kernel.parameters.names or ()
+    return ", ".join(f"par->{name}" if name in names else "0" for name in STRETCHING)
 
 
 def _constants(program: Translation, step: str) -> str:
-    found = {"STEP": step, **program.constants}
-    return "\n".join(f"#define {name} {value}" for name, value in sorted(found.items())) + "\n"
+    values = {"STEP": step, **program.constants}
+    return "\n".join(f"#define {name} {value}" for name, value in sorted(values.items())) + "\n"
 
 
 def _structure(made: Record, real: str, meanings: Mapping[str, str]) -> str:
     lines = ["typedef struct {"]
     for name, length in made.fields:
         size = f"[{length}]" if length > 1 else ""
-        said = f" /* {meanings[name]} */" if name in meanings else ""
-        lines.append(f"    {real} {c_name(name)}{size};{said}")
+        comment = f" /* {meanings[name]} */" if name in meanings else ""
+        lines.append(f"    {real} {c_name(name)}{size};{comment}")
     return "\n".join([*lines, f"}} {made.name};", ""])
 
 
@@ -196,8 +196,10 @@ def _tuple(made: Several, real: str) -> str:
 
 def _meanings(effects: Iterable[Effect]) -> dict[str, str]:
     """Return unit and meaning of every field."""
-    found = {q.name: q for q in (*quantities.ALL_STATES, *quantities.HELD, *quantities.SIGNALS)}
+    declarations = {
+        q.name: q for q in (*quantities.ALL_STATES, *quantities.HELD, *quantities.SIGNALS)
+    }
     tables = quantities.PARAMS.items()
-    found |= {f"{table}_{p.name}": p for table, params in tables for p in params}
-    found |= {e.field_of(q): q for e in effects for q in (*e.params, *e.states)}
-    return {name: f"[{q.unit}] {q.meaning}" for name, q in found.items()}
+    declarations |= {f"{table}_{p.name}": p for table, params in tables for p in params}
+    declarations |= {e.field_of(q): q for e in effects for q in (*e.params, *e.states)}
+    return {name: f"[{q.unit}] {q.meaning}" for name, q in declarations.items()}

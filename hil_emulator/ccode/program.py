@@ -1,4 +1,4 @@
-"""All functions of the model that something calls, in C, each after those that it calls itself."""
+"""The model's required functions in C, each after the functions that it calls."""
 
 import ast
 import inspect
@@ -24,7 +24,7 @@ from hil_emulator.model.kernel import Kernel
 
 @dataclass(frozen=True)
 class Made:
-    """A function that has been translated: its name in C, its argument types, its result."""
+    """A translated function: its name in C, argument types and result type."""
 
     name: str
     takes: tuple[CType, ...]
@@ -32,16 +32,16 @@ class Made:
 
 
 class Translation:
-    """The model in C, as far as it has been asked for.
+    """The required part of the model in C.
 
     Args:
         kernel: the model, made with `compiled=False`.
-        single: float in place of double.
+        single: whether to use float instead of double.
 
     Attributes:
-        texts: of the functions, in their order.
-        constants: by name, as C writes them.
-        structures: of what functions give and take at once.
+        texts: C text of the functions, in order of definition.
+        constants: C text of the constants by name.
+        structures: structures of named tuples and of results of several values, by name.
 
     """
 
@@ -59,17 +59,17 @@ class Translation:
         """Translate a function of the model and all that it calls.
 
         Args:
-            name: of the function.
+            name: name of the function.
             takes: types of its arguments.
 
         Raises:
-            TranslationError: if one of them holds what has no C here; says where.
+            TranslationError: if a function cannot be translated; the message names the place.
 
         """
         self._function(name, self._scope[name], takes)
 
     def need_function(self, function: Callable[..., Any], *takes: CType) -> None:
-        """Translate a function that the model's text does not hold, as `need` does."""
+        """Translate a function outside of the model's text, as `need` does."""
         self._function(function.__name__, function, takes)
 
     def call(
@@ -95,9 +95,9 @@ class Translation:
         whole = isinstance(value, int)
         text = str(value) if whole else literal(value, self.single)
         plain = name.lstrip("_")
-        # modules may call different numbers by one name
-        known = self.constants.setdefault(plain, text) == text
-        return Expression(plain if known else text, INT if whole else REAL)
+        # modules may use one name for different numbers
+        same = self.constants.setdefault(plain, text) == text
+        return Expression(plain if same else text, INT if whole else REAL)
 
     def named_tuple(self, made: type, kinds: Sequence[CType]) -> Several:
         """Return the structure of a named tuple.
@@ -107,18 +107,18 @@ class Translation:
             kinds: types of its fields.
 
         Raises:
-            TranslationError: if there is another one of its name.
+            TranslationError: if there is another structure of this name.
 
         """
         name = f"{c_name(made.__name__).lower()}_parts"
         fields = tuple(zip(made._fields, kinds, strict=True))  # type: ignore[attr-defined]
-        found = Several(name, fields)
-        if self.structures.setdefault(name, found) != found:
+        structure = Several(name, fields)
+        if self.structures.setdefault(name, structure) != structure:
             raise TranslationError(f"two tuples called {made.__name__}")
-        return found
+        return structure
 
     def _function(self, name: str, function: Callable[..., Any], takes: Sequence[CType]) -> Made:
-        # what is called with different records is a function for each
+        # a function called with different record types becomes one C function for each
         key = (function, *takes)
         if key not in self._made:
             self._made[key] = self._translate(name, function, takes)
@@ -134,12 +134,12 @@ class Translation:
             raise TranslationError(f"{name}: {error}") from None
         if isinstance(translated.gives, Several):
             self.structures.setdefault(translated.gives.name, translated.gives)
-        own = self._free_name(name)
+        c_function = self._free_name(name)
         real = "float" if self.single else "double"
         given = ", ".join(text for a in arguments.items() for text in _parameter(*a, real))
-        head = f"static INLINE {declared(translated.gives, own, real)}({given})"
+        head = f"static INLINE {declared(translated.gives, c_function, real)}({given})"
         self.texts.append("\n".join([*_comment(source), head, "{", *translated.lines, "}"]))
-        return Made(own, tuple(takes), translated.gives)
+        return Made(c_function, tuple(takes), translated.gives)
 
     def _source_of(self, function: Callable[..., Any]) -> ast.FunctionDef:
         if function.__globals__ is self._scope:
@@ -151,28 +151,28 @@ class Translation:
 
     def _free_name(self, name: str) -> str:
         taken = [made.name for made in self._made.values()]
-        own, count = c_name(name), 2
-        while own in taken:
-            own, count = f"{c_name(name)}_{count}", count + 1
-        return own
+        free, count = c_name(name), 2
+        while free in taken:
+            free, count = f"{c_name(name)}_{count}", count + 1
+        return free
 
 
 def _passed(argument: Expression) -> list[str]:
-    """Return an argument as a call hands it over, with its length where only a run knows it."""
+    """Return an argument of a call, followed by its length if that is known at run time only."""
     unknown = isinstance(argument.kind, Numbers) and argument.kind.shape[0] is None
     return [argument.text, f"{argument.text}_length"] if unknown else [argument.text]
 
 
 def _parameter(name: str, kind: CType, real: str) -> list[str]:
-    own = declared(kind, c_name(name), real)
+    declaration = declared(kind, c_name(name), real)
     unknown = isinstance(kind, Numbers) and kind.shape[0] is None
-    return [own, f"int {c_name(name)}_length"] if unknown else [own]
+    return [declaration, f"int {c_name(name)}_length"] if unknown else [declaration]
 
 
 def _comment(function: ast.FunctionDef) -> list[str]:
     """Return the docstring of a function as a comment of C."""
-    said = ast.get_docstring(function)
-    if not said:
+    docstring = ast.get_docstring(function)
+    if not docstring:
         return []
-    first, *others = (said.replace("*/", "* /") + " */").splitlines()
+    first, *others = (docstring.replace("*/", "* /") + " */").splitlines()
     return [f"/* {first}", *(f"   {line}".rstrip() for line in others)]

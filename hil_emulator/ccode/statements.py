@@ -1,4 +1,4 @@
-"""A function of the model's text as one of C."""
+"""Translates a function of the model's text to C."""
 
 import ast
 from collections.abc import Mapping
@@ -27,16 +27,16 @@ _AUGMENTED: dict[type[ast.operator], str] = {
 class Statements:
     """Translates the body of one function.
 
-    A variable is declared where it is first assigned, or ahead of the block in which that is.
+    A variable is declared at its first assignment; if it is used outside of that block, before it.
 
     Args:
-        program: what is outside of the function.
-        scope: the globals that it sees.
-        takes: its arguments, by name.
+        program: functions and constants outside of the function.
+        scope: globals of the function's module.
+        takes: types of the arguments by name.
 
     Attributes:
-        lines: the body.
-        gives: what it returns.
+        lines: lines of the body.
+        gives: type of the result.
 
     """
 
@@ -149,7 +149,7 @@ class Statements:
         self._write(f"{declaration} = {value.text};")
 
     def _outlives(self, name: str) -> bool:
-        """Tell whether a variable is used outside of the block that is being translated."""
+        """Return whether a variable is used outside of the block that is being translated."""
         return _uses(self._blocks[0], name) > _uses(self._blocks[-1], name)
 
     def _fill(self, array: Expression, value: Expression) -> None:
@@ -202,5 +202,5 @@ class Statements:
 
 
 def _uses(statements: list[ast.stmt], name: str) -> int:
-    found = (node for statement in statements for node in ast.walk(statement))
-    return sum(isinstance(node, ast.Name) and node.id == name for node in found)
+    nodes = (node for statement in statements for node in ast.walk(statement))
+    return sum(isinstance(node, ast.Name) and node.id == name for node in nodes)
