@@ -12,7 +12,7 @@ from hil_emulator.device.pdo import EVENT_MANUFACTURER, SYNC_CYCLIC_MAX
 from hil_emulator.device.service_messages import BUS, WORDS
 
 CONTROLLER = "controller"
-"""The DBC's name for whoever sends set points."""
+"""Node name in the DBC of the sender of set points."""
 
 
 def dbc(messages: Iterable[message.Message], sync_ms: int) -> str:
@@ -20,13 +20,13 @@ def dbc(messages: Iterable[message.Message], sync_ms: int) -> str:
 
     Args:
         messages: the PDOs on the bus, and the messages of other services.
-        sync_ms: period of SYNC, 0 where there is none.
+        sync_ms: period of SYNC [ms]; 0 without SYNC.
 
     """
-    known = list(messages)
-    nodes = list(dict.fromkeys(identifier(m.node) for m in known if m.node != BUS))
+    listed = list(messages)
+    nodes = list(dict.fromkeys(identifier(m.node) for m in listed if m.node != BUS))
     database = Database(
-        messages=[_message(m, nodes, sync_ms) for m in known],
+        messages=[_message(m, nodes, sync_ms) for m in listed],
         nodes=[Node(CONTROLLER), *(Node(name) for name in nodes)],
         version="",
     )
@@ -39,23 +39,23 @@ def identifier(text: str) -> str:
     return f"_{name}" if name[0].isdigit() else name
 
 
-def _message(known: message.Message, nodes: list[str], sync_ms: int) -> Message:
-    """Return a message of the database; what is the bus's comes from the controller for all."""
-    own = identifier(known.node)
-    if known.node == BUS:
+def _message(source: message.Message, nodes: list[str], sync_ms: int) -> Message:
+    """Return a message of the database; messages of the bus go from the controller to all nodes."""
+    node = identifier(source.node)
+    if source.node == BUS:
         sender, receivers = CONTROLLER, nodes
     else:
-        sender, receivers = (CONTROLLER, [own]) if known.receive else (own, [CONTROLLER])
-    is_pdo = "PDO" in known.pdo
+        sender, receivers = (CONTROLLER, [node]) if source.receive else (node, [CONTROLLER])
+    is_pdo = "PDO" in source.pdo
     return Message(
-        frame_id=known.can_id,
-        is_extended_frame=known.extended,
-        name=identifier(known.name),
-        length=known.size,
-        signals=list(_signals(known.fields, receivers)),
+        frame_id=source.can_id,
+        is_extended_frame=source.extended,
+        name=identifier(source.name),
+        length=source.size,
+        signals=list(_signals(source.fields, receivers)),
         senders=[sender],
-        cycle_time=_cycle_ms(known, sync_ms),
-        comment=f"{known.pdo}, transmission type {known.transmission_type}" if is_pdo else None,
+        cycle_time=_cycle_ms(source, sync_ms),
+        comment=f"{source.pdo}, transmission type {source.transmission_type}" if is_pdo else None,
     )
 
 
@@ -94,7 +94,7 @@ def _signal(field: message.Field, name: str, receivers: list[str]) -> Signal:
 
 
 def _cycle_ms(pdo: message.Message, sync_ms: int) -> int | None:
-    """Return the period in ms, None where the message has none of its own."""
+    """Return the message's period [ms]; None if it is not periodic."""
     kind = pdo.transmission_type
     if pdo.pdo == "SYNC":
         return pdo.event_timer_ms or sync_ms or None

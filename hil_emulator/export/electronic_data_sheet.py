@@ -1,9 +1,9 @@
 """EDS and DCF of a node, in the keys of CiA 306 alone.
 
-What the emulator's own EDS files say beyond CiA 306 goes into lines of `[Comments]`, where the
-emulator finds it again: see `hil_emulator.device.eds`. So does a real number other than zero:
-some tools read it as a decimal number, others as the bytes of IEEE 754, and a wrong one is worse
-than none.
+Extensions of the emulator's EDS files beyond CiA 306 are written to lines of `[Comments]`, where
+`hil_emulator.device.eds` reads them. The same applies to a real number other than zero: some tools
+read it as a decimal number, others as the bytes of IEEE 754, and a wrong value is worse than a
+missing one.
 """
 
 import configparser
@@ -109,7 +109,7 @@ class _Sheet:
         return [t for key, t in comments if key.upper() != "LINES" and not BINDING.match(t)]
 
     def _described(self) -> Iterator[tuple[Entry, configparser.SectionProxy]]:
-        """Yield every entry that has a section of its own; members of compact arrays have none."""
+        """Yield every entry with a section; members of compact arrays do not have a section."""
         names = {name.upper(): name for name in self._sections.sections()}
         for entry in self._dictionary:
             name = names.get(f"{entry.index:04X}SUB{entry.subindex:X}")
