@@ -250,7 +250,7 @@ def _distorting(running: Running, wrong: Wrong) -> Callable[[int, float], float]
 
 
 def _upper_ends(plant_: Plant, sensors: Sensors) -> dict[str, float]:
-    """Return the upper end of each channel's measuring range; its span if it has none set."""
+    """Return the upper end of each channel's measuring range; its span if no range is set."""
     records = sensors.parameters.view(plant_.kernel.channel)
     ends = [float(record.measuring_range_upper) for record in records]
     return {c.name: e if math.isfinite(e) else c.span for c, e in zip(CHANNELS, ends, strict=True)}

@@ -115,7 +115,7 @@ def wrong_length(connection: NodeConnection, length: float) -> FrameFault:
 
 @bus_fault(NODE)
 def silence(connection: NodeConnection) -> FrameFault:
-    """The node receives frames but sends none."""
+    """The node receives frames but does not send."""
     return Cut(deaf=False)
 
 
