@@ -10,8 +10,8 @@ SUFFIX = ".rec"
 def journal_of(files: Sequence[Path]) -> Path:
     """Return the file of the journal of a recording.
 
-    It is the first `.rec` among the files. If there is none, or if it exists and is replaced only
-    at the end, the journal is named after the first file.
+    It is the first `.rec` among the files. Without such a file, or if it exists and is replaced
+    only at the end, the journal is named after the first file.
     """
     kept = next((file for file in files if file.suffix == SUFFIX), None)
     if kept is not None and not kept.exists():

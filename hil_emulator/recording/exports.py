@@ -18,7 +18,7 @@ from hil_emulator.recording.format import Format
 
 
 @functools.cache
-def known() -> dict[str, Format]:
+def formats_by_ending() -> dict[str, Format]:
     """Return the formats of other tools by the endings of their files."""
     names = sorted(module.name for module in pkgutil.iter_modules(formats.__path__))
     modules = [importlib.import_module(f"{formats.__name__}.{name}") for name in names]
@@ -32,13 +32,13 @@ def check_file(file: Path) -> None:
         UserError: for an unknown ending, a missing folder or a missing extra.
 
     """
-    endings = (SUFFIX, *known())
+    endings = (SUFFIX, *formats_by_ending())
     if file.suffix not in endings:
         raise UserError(f"{file}: unknown ending; a recording ends in {', '.join(endings)}")
     if not file.parent.is_dir():
         raise UserError(f"{file}: the folder {file.parent} does not exist; make it first")
     if file.suffix != SUFFIX:
-        known()[file.suffix].check(file)
+        formats_by_ending()[file.suffix].check(file)
 
 
 def check_files(files: Sequence[Path], *, overwrite: bool = False, way_out: str = WAY_OUT) -> None:
@@ -56,7 +56,9 @@ def check_files(files: Sequence[Path], *, overwrite: bool = False, way_out: str 
     for file in files:
         check_file(file)
     refuse_existing(files, overwrite=overwrite, way_out=way_out)
-    companions = [c for f in files if f.suffix != SUFFIX for c in known()[f.suffix].companions(f)]
+    companions = [
+        c for f in files if f.suffix != SUFFIX for c in formats_by_ending()[f.suffix].companions(f)
+    ]
     refuse_existing(dict.fromkeys(companions), overwrite=overwrite, way_out=way_out)
 
 
@@ -76,7 +78,7 @@ def check_recording(
 
 
 def export(source: Path, *files: Path, overwrite: bool = False, directions: bool = False) -> None:
-    """Write a journal in the formats of the files' endings: all of them, or none.
+    """Write a journal in the formats of the files' endings: all files, or no file.
 
     Args:
         source: the journal.
@@ -105,6 +107,6 @@ def write(source: Path, file: Path, *, directions: bool = False) -> None:
     if file.suffix == SUFFIX:
         shutil.copyfile(source, file)
     else:
-        form = known()[file.suffix]
+        form = formats_by_ending()[file.suffix]
         writer = form.directed if directions and form.directed else form.write
         writer(source, file)

@@ -75,8 +75,8 @@ def header_of_entry(file: Path, payload: bytes) -> dict[str, Any]:
 def _of_today(content: Any) -> Any:
     """Return a header in the format of this version.
 
-    `HILREC1` had messages by name, and no SYNC. Decoding of frames needs none of the keys that
-    messages lacked. Older messages have 11-bit identifiers, and fields without words for their
+    `HILREC1` had messages by name, and no SYNC. The keys that its messages lacked are not needed
+    to decode frames. Older messages have 11-bit identifiers, and fields without words for their
     values or offset.
     """
     if not isinstance(content, dict):

@@ -35,15 +35,15 @@ def from_json(listed: Iterable[Mapping[str, Any]]) -> list[Message]:
     return [Message(**{**m, "fields": tuple(Field(**f) for f in m["fields"])}) for m in listed]
 
 
-def describe(frame: Frame, known: Mapping[int, Message]) -> str:
+def describe(frame: Frame, pdos: Mapping[int, Message]) -> str:
     """Return a frame in words, by identifier and data.
 
     Args:
-        frame: the frame.
-        known: PDOs by `Message.identifier`.
+        frame: frame to describe.
+        pdos: PDOs by `Message.identifier`.
 
     """
-    pdo = known.get(frame.identifier)
+    pdo = pdos.get(frame.identifier)
     if frame.remote:
         return "remote frame"
     if pdo is not None and len(frame.data) >= pdo.size:

@@ -73,7 +73,7 @@ def _begin(out: BinaryIO, chunk: bytes, source: Path) -> None:
 
 
 def _chunk(stream: BinaryIO) -> bytes:
-    """Return the arrived bytes; none at the end."""
+    """Return the arrived bytes; b"" at the end."""
     return stream.read1(_CHUNK)  # type: ignore[attr-defined, no-any-return]
 
 
@@ -83,7 +83,7 @@ def _put(out: BinaryIO, chunk: bytes) -> None:
 
 
 def _export(source: Path, files: Sequence[Path], *, overwrite: bool) -> bool:
-    """Write the journal in other formats, all of them or none; return whether they are written."""
+    """Write the journal in all other formats or in no format; return whether they are written."""
     from hil_emulator.recording.exports import export
 
     try:

@@ -20,7 +20,7 @@ from hil_emulator.commands.export import contents
 from hil_emulator.config.machine import load_machine
 from hil_emulator.errors import UserError
 from hil_emulator.platform.paths import shipped
-from hil_emulator.recording.exports import check_file, export, known, write
+from hil_emulator.recording.exports import check_file, export, formats_by_ending, write
 from hil_emulator.recording.journal import Recording
 
 KNEE = shipped("configs/hyq_knee.toml")
@@ -245,12 +245,12 @@ def test_a_file_that_cannot_be_is_refused_before_the_run(
         check_file(tmp_path / "run.mf4")
 
 
-@pytest.mark.parametrize("ending", known())
+@pytest.mark.parametrize("ending", formats_by_ending())
 def test_a_format_declares_all_that_it_writes(journal: Path, tmp_path: Path, ending: str) -> None:
-    """Files that come with the named one are known before the run, so that none is destroyed."""
+    """A format lists every file that it writes, so that existing files are not overwritten."""
     file = tmp_path / f"run{ending}"
     write(journal, file)
-    assert {*tmp_path.iterdir()} == {file, *known()[ending].companions(file)}
+    assert {*tmp_path.iterdir()} == {file, *formats_by_ending()[ending].companions(file)}
 
 
 def test_formats_share_what_comes_with_both(journal: Path, tmp_path: Path) -> None:
