@@ -32,7 +32,7 @@ def commands(text: str) -> Iterator[str]:
     for kind, block in BLOCK.findall(text):
         shell = block.replace("\\\n", "") if kind in {"sh", "command"} else ""
         for line in re.split(r"\n|&&|\|", shell):
-            yield re.sub(r" > \S+$", "", line.partition("#")[0].strip())
+            yield re.sub(r" (> \S+|&)$", "", line.partition("#")[0].strip())
     for span in re.findall(r"`([^`]+)`", BLOCK.sub("", text)):
         yield re.sub(r"\s+", " ", span)
 

@@ -52,8 +52,10 @@ class Performance:
         self, file: Path, scenario: Scenario, rig: Rig, port: CanPort, role: Role,
         report: Callable[[float, str], None] = lambda now, words: None,
     ) -> None:  # fmt: skip
-        if role == "reference" and not rig.nodes:
-            raise UserError("the reference controller needs a CANopen node; add a [[node]]")
+        if not rig.nodes and (role == "reference" or scenario.needs):
+            raise UserError(
+                "the reference controller, and needs, require a CANopen node: add a [[node]]"
+            )
         self._file, self._scenario = file, scenario
         self.judge = Judge(scenario.expectations, rig)
         self.conductor = Conductor(rig, port, scenario, file.parent, role, self.judge, report)

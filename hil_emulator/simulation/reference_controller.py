@@ -1,6 +1,8 @@
 """A small actuator controller that uses CAN frames only."""
 
+import math
 import struct
+from collections import deque
 from dataclasses import dataclass
 
 from hil_emulator.frame import Frame
@@ -19,6 +21,14 @@ _FORCE_GAIN = 1.2e-6  # A/N
 _FORCE_DEADBAND = 20.0  # N, in which the seals hold the rod; without it the loop hunts
 _FORCE_BANDWIDTH = 30.0  # rad/s of each of two low passes: noise, and the oil spring at 60 Hz
 _LIMIT = 8e-3  # A
+
+# Current across a dead band of the valve: it grows while the rod is slow, or stands away from its
+# target (assumed).
+_NEAR = 0.2e-3  # m, within which the target counts as reached
+_WINDOW = 50  # samples in which a rod that is not slow passes
+_SHARE = 0.3  # of the distance from the target
+_PUSH = 4e-6  # A per sample
+_MOST_PUSH = 2e-3  # A
 
 
 @dataclass
@@ -51,6 +61,8 @@ class Controller:
         self._id = node_id
         self._mean_pressure: float | None = None
         self._error = (0.0, 0.0)
+        self._positions: deque[float] = deque(maxlen=_WINDOW)
+        self._push = 0.0
         self.readings = Readings()
         self.emergencies: list[Frame] = []
         self.counter: int | None = None
@@ -77,9 +89,13 @@ class Controller:
                 self.emergencies.append(frame)
 
     def hold_position(self, target: float) -> None:
-        """Send the current that moves the rod towards `target` [m]."""
+        """Send the current that moves the rod towards `target` [m].
+
+        A proportional controller, with a further current where that does not move the rod.
+        """
         self._error = (0.0, 0.0)
-        self._send(_POSITION_GAIN * (target - self.readings.position) - self._damping())
+        error = target - self.readings.position
+        self._send(_POSITION_GAIN * error + self._pushing(error) - self._damping())
 
     def hold_force(self, target: float, period: float) -> None:
         """Send the current that brings the load force to `target` [N].
@@ -95,6 +111,17 @@ class Controller:
         self._error = once, twice
         beyond = twice - max(-_FORCE_DEADBAND, min(_FORCE_DEADBAND, twice))
         self._send(_FORCE_GAIN * beyond - self._damping())
+
+    def _pushing(self, error: float) -> float:
+        """Return the current that crosses a dead band, for the distance from the target [m]."""
+        past = self._positions
+        slow = len(past) == _WINDOW and abs(past[-1] - past[0]) < _SHARE * abs(error)
+        if abs(error) < _NEAR or error * self._push < 0.0:
+            self._push = 0.0
+        elif slow and abs(self._push) < _MOST_PUSH:
+            self._push += math.copysign(_PUSH, error)
+        past.append(self.readings.position)
+        return self._push
 
     def _damping(self) -> float:
         """Return the current against fast changes of the load pressure: it damps the oil spring."""

@@ -3,6 +3,7 @@
 import re
 import shlex
 import shutil
+import socket
 import struct
 import subprocess
 import sys
@@ -311,6 +312,26 @@ def test_the_controller_in_c_of_the_page_passes_or_fails(
     assert controller.wait(timeout=10) == 0
     assert rest.count("  met     ") + rest.count("  MISSED  ") == 4
     assert {"report.html", "report.xml", "run.rec"} <= {f.name for f in tmp_path.iterdir()}
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+def test_the_job_of_the_page_passes(tmp_path: Path) -> None:
+    """By a plain shell, on a free port; its exit code is the verdict."""
+    (tmp_path / "controller.c").write_text(block("how_to/scenarios.md", "c", "/* controller.c"))
+    subprocess.run(shlex.split(shell("how_to/scenarios.md", 1)[0]), cwd=tmp_path, check=True)
+    with socket.create_server(("127.0.0.1", 0)) as probe:
+        port = probe.getsockname()[1]
+    job = "\n".join(shell("how_to/scenarios.md", 2))
+    job = job.replace("hil-emulator", f"{sys.executable} -m hil_emulator")
+    job = job.replace(" &", f" --port {port} &").replace("./controller", f"./controller 0.1 {port}")
+    done = subprocess.run(
+        ["sh", "-c", job], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
+    )
+    verdict = re.search(r"^(pass|FAIL)", done.stdout, re.M)
+    assert verdict, done.stdout + done.stderr
+    assert done.returncode == {"pass": 0, "FAIL": 1}[verdict[1]]
+    assert "<testsuite" in (tmp_path / "job.xml").read_text()
 
 
 @pytest.mark.slow
