@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from hil_emulator.config.configuration import Configuration
 from hil_emulator.model.actuator import PARAMS
 from hil_emulator.model.declare import Param, is_on
-from hil_emulator.model.rating import REFERENCE_CURRENT, TABLES, at_rated_current
+from hil_emulator.model.rating import REFERENCE_CURRENT, sized
 
 
 def moved_defaults(config: Configuration) -> dict[str, float]:
@@ -30,7 +30,7 @@ def _defaults(config: Configuration) -> Iterator[tuple[str, Param]]:
             fields += [(effect.field_of(p), effect.stage.table, p) for p in effect.shape]
     for field, table, param in fields:
         if param.default is not None and field not in config.stated:
-            yield field, at_rated_current(param, rated) if table in TABLES else param
+            yield field, sized(param, table, rated)
 
 
 def _moved(value: float, param: Param) -> float:
