@@ -123,11 +123,11 @@ class BenchResult:
         columns: the table, by column name; all of the same length.
         comparisons: what the summary shows.
         notes: what a reader of the numbers has to know.
+        figures: those of the documents that the picture shows too; of another machine than the
+            documents' none, and the picture then draws nothing of them.
         again: returns the comparisons for the same bench with another parameter, of the same
             measurement; None where no expected number depends on a default.
         inapplicable: quantities that this machine does not have, each with the reason.
-        figures: those of the documents that the picture shows too; of another machine than the
-            documents' none, and the picture then draws nothing of them.
 
     """
 
@@ -137,9 +137,9 @@ class BenchResult:
     columns: Mapping[str, Column]
     comparisons: Sequence[Comparison]
     notes: Sequence[str] = field(default=())
+    figures: Sequence[DocumentFigure] = field(default=())
     inapplicable: Sequence[str] = field(default=())
     again: Callable[[Any], Sequence[Comparison]] | None = None
-    figures: Sequence[DocumentFigure] = field(default=())
 
     def __getitem__(self, name: str) -> Series:
         """Return the values of a column."""

@@ -58,10 +58,10 @@ class Page(HTMLParser):
 
 def characterised(folder: Path) -> str:
     """Return a page of one bench test of which everything is called so."""
-    told = Comparison(HOSTILE, HOSTILE, 1.0, HOSTILE, 1.0, 0.01, Agreement.DERIVED)
+    told = Comparison(HOSTILE, HOSTILE, 1.0, HOSTILE, 1.0, 0.01, Agreement.DERIVED, (HOSTILE,))
     drawn = DocumentFigure(HOSTILE, HOSTILE, HOSTILE)
     (folder / f"{HOSTILE}.png").write_bytes(b"\x89PNG")
-    result = BenchResult(HOSTILE, HOSTILE, HOSTILE, {}, [told], [HOSTILE], [drawn])
+    result = BenchResult(HOSTILE, HOSTILE, HOSTILE, {}, [told], [HOSTILE], [drawn], [HOSTILE])
     return characterise_page([result], folder)
 
 
@@ -92,7 +92,7 @@ def identified(_: Path) -> str:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(("made", "times"), [(characterised, 11), (judged, 7), (identified, 15)])
+@pytest.mark.parametrize(("made", "times"), [(characterised, 12), (judged, 7), (identified, 15)])
 def test_a_hostile_name_is_text(made: Callable[[Path], str], times: int, tmp_path: Path) -> None:
     """Whatever a file, a test or an effect is called: it is shown as it is, and runs nothing."""
     page = Page(made(tmp_path))
