@@ -35,7 +35,7 @@ from hil_emulator.pages.palette import BLACK, BLUE, VERMILION
 DOCUMENT_SENSITIVITY = 5.7e11
 """K_pa, about the magnitude of K_pb [Pa/A] (S1 3.5.1)."""
 _SWEEP = 20.0  # period of the sine, and twice the time of a ramp [s]
-_BEHIND = 1.0  # time of the way to a ramp's beginning [s]
+_BEHIND, _WAITS = 1.0, 4.0  # way to a ramp's beginning, and time for tight lands to fill ports [s]
 _WIDE = 0.05  # amplitude of the sweep that looks for the null, part of the rated current
 _NEAR_NULL = 0.3  # part of the width of the null over which the slope is fitted
 _PLUG = 2e-7
@@ -107,9 +107,10 @@ def _ramp(bench: Bench, centre: float, by: float, reach: float) -> tuple[Series,
     count = round(0.5 * _SWEEP / stand.period)
     start = centre - by
     from_far = np.linspace(start - math.copysign(reach, by), start, round(_BEHIND / stand.period))
-    current = np.concatenate([from_far, np.linspace(start, centre + by, count)])
+    waiting = np.full(round(_WAITS / stand.period), start)
+    current = np.concatenate([from_far, waiting, np.linspace(start, centre + by, count)])
     seen = stand.drive(current).readings
-    ramp = slice(len(from_far), None)
+    ramp = slice(-count, None)
     return current[ramp], seen["pressure_a"][ramp], seen["pressure_b"][ramp]
 
 
