@@ -1,1 +1,1 @@
-"""Functional mock-up units: other plants in here, ours elsewhere (https://fmi-standard.org)."""
+"""Functional mock-up units: import of other plants, export of this one (fmi-standard.org)."""

@@ -1,1 +1,1 @@
-"""The machine this runs on: where files are, how memory is returned, other machines that help."""
+"""The computer: paths of files, memory, processes, output files and clusters."""

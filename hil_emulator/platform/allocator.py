@@ -1,4 +1,4 @@
-"""Memory of large arrays goes back to the system, some of the small ones stays in reserve."""
+"""Settings of glibc's allocator for the arrays of a search."""
 
 import ctypes
 import sys
@@ -8,20 +8,20 @@ _M_MMAP_THRESHOLD = -3
 """Parameters of glibc's `mallopt` (malloc.h)."""
 
 _LARGE = 2 << 20
-"""Size from which an array gets pages of its own [B] (assumed): those of a few seconds of a
-recording, of which a search makes most, would wait for fresh pages each time."""
+"""Size from which an array gets separate pages [B] (assumed): smaller arrays, as of a few seconds
+of a recording, are frequent in a search and would need new pages each time."""
 
 _IN_RESERVE = 32 << 20
-"""Memory behind all smaller arrays that stays when they are gone [B] (assumed): without it, pages
-that go back and come again take 6 % of the time of a search."""
+"""Memory of smaller arrays that is kept after they are freed [B] (assumed): returning and
+requesting pages otherwise takes 6 % of the time of a search."""
 
 
 def tune_allocator() -> None:
-    """Let every large array of this process have pages of its own, and smaller ones a reserve.
+    """Give every large array of this process separate pages, and keep a reserve for smaller ones.
 
-    glibc raises the size from which it does so up to 32 MB as such arrays are freed; arrays of
-    two megabytes or more, of which a search makes thousands, then leave holes that nothing else
-    fills. Does nothing where there is no glibc.
+    By default glibc raises the size for separate pages up to 32 MB as such arrays are freed. The
+    thousands of arrays of 2 MB and more of a search then leave unused holes. Without glibc the
+    function does nothing.
     """
     if sys.platform.startswith("linux"):
         mallopt = getattr(ctypes.CDLL(None), "mallopt", None)

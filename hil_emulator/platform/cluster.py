@@ -1,4 +1,4 @@
-"""A Dask cluster: reached, waited for, and left again."""
+"""Connection to a Dask cluster, and waiting for its results."""
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError
@@ -9,30 +9,30 @@ from typing import Any
 from hil_emulator.errors import UserError
 
 CONNECTING = 5.0
-"""Time in which a scheduler must answer and have a worker [s] (assumed)."""
+"""Time within which a scheduler must answer and have a worker [s] (assumed)."""
 
 ASKING = 2.0
-"""Time after which a wait for results asks whether there are workers at all [s] (assumed)."""
+"""Period at which the number of workers is checked during a wait for results [s] (assumed)."""
 
 RESTARTING = 15.0
-"""Time in which a cluster without workers must get one [s] (assumed: a nanny takes seconds)."""
+"""Time within which a cluster without workers must get one [s] (assumed: nannies take seconds)."""
 
 WITNESS = ("hil_emulator", "platform/cluster.py")
-"""Package and file by which it is told whether a worker can take part."""
+"""Package and file that a worker must have."""
 
 INSTEAD = "or leave --cluster out to compute on this machine"
 
 
 @contextmanager
 def connected(address: str) -> Iterator[Any]:
-    """Yield a `distributed.Client` of a scheduler, closed at the end whatever happens.
+    """Yield a `distributed.Client` of a scheduler; the client is closed at the end.
 
     Args:
-        address: of the scheduler, such as "tcp://127.0.0.1:8786".
+        address: address of the scheduler, such as "tcp://127.0.0.1:8786".
 
     Raises:
-        UserError: if distributed is not installed, no scheduler answers, it has no worker, or one
-            of them lacks this package.
+        UserError: if distributed is not installed, no scheduler answers, the scheduler has no
+            worker, or a worker lacks this package.
 
     """
     client = _client(address)
@@ -44,11 +44,10 @@ def connected(address: str) -> Iterator[Any]:
 
 
 def gathered(client: Any, futures: Sequence[Any]) -> list[Any]:
-    """Return the results of futures in their order; Dask repeats what a lost worker had done.
+    """Return the results of futures in order; Dask repeats the tasks of a lost worker.
 
     Raises:
-        UserError: if the scheduler is lost, no worker is left, or workers die again and again of
-            one task.
+        UserError: if the scheduler is lost, no worker is left, or a task repeatedly kills workers.
 
     """
     from distributed import KilledWorker
@@ -58,8 +57,8 @@ def gathered(client: Any, futures: Sequence[Any]) -> list[Any]:
         _wait(client, futures, address)
         return list(client.gather(futures))
     except KilledWorker as error:
-        told = str(error).partition(". ")[0]
-        reason = f"workers die of one task, perhaps for want of memory: {told}"
+        cause = str(error).partition(". ")[0]
+        reason = f"workers die of one task, perhaps for want of memory: {cause}"
     except CancelledError:
         reason = "the connection to the scheduler was lost"
     except OSError as error:
@@ -68,7 +67,7 @@ def gathered(client: Any, futures: Sequence[Any]) -> list[Any]:
 
 
 def _wait(client: Any, futures: Sequence[Any], address: str) -> None:
-    """Wait for results as long as there is somebody to compute them."""
+    """Wait for results as long as there are workers."""
     from distributed import wait
 
     while True:
@@ -105,7 +104,7 @@ def _client(address: str) -> Any:
 
 
 def _prepared(client: Any, address: str) -> None:
-    """Make sure that there are workers, and that all can import this package."""
+    """Raise if there are no workers, or if one cannot import this package."""
     try:
         client.wait_for_workers(1, timeout=CONNECTING)
     except TimeoutError:
@@ -113,9 +112,9 @@ def _prepared(client: Any, address: str) -> None:
             f"--cluster {address}: the scheduler has no workers; start one with "
             f"`dask worker {address}`, {INSTEAD}"
         ) from None
-    # asked through Python's own library, which cannot be missing there
-    found = client.run(get_data, *WITNESS, on_error="return")
-    lacking = [worker for worker, content in found.items() if not isinstance(content, bytes)]
+    # a function of Python's standard library, which every worker has
+    contents = client.run(get_data, *WITNESS, on_error="return")
+    lacking = [worker for worker, content in contents.items() if not isinstance(content, bytes)]
     try:
         client.run_on_scheduler(get_data, *WITNESS)
     except (ImportError, OSError):

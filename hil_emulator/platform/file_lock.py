@@ -1,4 +1,4 @@
-"""What one process does at a time: a lock on a file, which ends with the process that holds it."""
+"""A lock on a file for work that one process does at a time."""
 
 import time
 from collections.abc import Iterator
@@ -7,21 +7,21 @@ from pathlib import Path
 
 try:
     import fcntl
-except ImportError:  # pragma: no cover - on Windows, where nobody waits
+except ImportError:  # pragma: no cover - on Windows, without locks
     fcntl = None  # type: ignore[assignment]
 
 PATIENCE = 120.0
-"""Longest wait for another process [s] (assumed): one that was stopped holds nobody up for ever."""
+"""Longest wait for another process, which may be stopped [s] (assumed)."""
 
 _ASKED_AGAIN = 0.05
-"""Period at which a lock is asked for [s]."""
+"""Period of the attempts to lock [s]."""
 
 
 @contextmanager
 def locked(file: Path) -> Iterator[None]:
-    """Do something while no other process does, unless that one takes all too long.
+    """Hold the lock of a file; continue without it if another process holds it too long.
 
-    The lock ends with the process that holds it. Where a file cannot be locked, nobody waits.
+    The lock ends with the process that holds it. If a file cannot be locked, there is no wait.
     """
     if fcntl is None:
         yield

@@ -1,4 +1,4 @@
-"""A start without libraries that others load only because they are installed."""
+"""A start without optional libraries that python-can and numba load if they are installed."""
 
 import sys
 from collections.abc import Iterator
@@ -7,30 +7,30 @@ from importlib import import_module
 
 
 def lean_start() -> None:
-    """Load what a run needs of python-can and numba, as if what they look for were not installed.
+    """Load the parts of python-can and numba that a run needs, without their optional libraries.
 
-    It can still be imported afterwards. For a process of this program's own only: in it python-can
-    reads no MDF, and compiled code knows no `numpy.dot`, as numba finds no BLAS, which no model
-    needs.
+    These libraries can still be imported afterwards. Use it only in a process of this program: in
+    it python-can cannot read MDF, and compiled code cannot use `numpy.dot` since numba does not
+    load BLAS.
     """
     lean_bus()
     _without("numba.np.arraymath", "scipy")
 
 
 def lean_bus() -> None:
-    """Load python-can without its reader of MDF logs: that brings pandas, 90 MB and a second."""
+    """Load python-can without its reader of MDF logs, which loads pandas: 90 MB and a second."""
     _without("can.io", "asammdf")
 
 
 def _without(seeker: str, package: str) -> None:
-    """Load a module as if a package that it looks for were not installed."""
+    """Load a module as if an optional package were not installed."""
     with _hidden(package):
         import_module(seeker)
 
 
 @contextmanager
 def _hidden(package: str) -> Iterator[None]:
-    """Let imports of a package fail meanwhile, as None among the modules does.
+    """Make imports of a package fail within the context, by None in `sys.modules`.
 
     Source: The Python Language Reference, 5.3.1.
     """

@@ -1,4 +1,4 @@
-"""Whether an output file may be written, and how. Every command that writes files asks here.
+"""Checks and writes output files, for every command that writes files.
 
 Output files are written into a hidden folder next to their final place and moved there when all
 of them are complete. A command that fails half way therefore leaves the files that were there.
@@ -18,13 +18,13 @@ from hil_emulator.errors import UserError
 _ANOTHER = "choose another name"
 
 WAY_OUT = f"{_ANOTHER}, or add --overwrite to replace it"
-"""What the command line offers where an output file exists."""
+"""Way out for the command line if an output file exists."""
 
 FROM_PYTHON = f"{_ANOTHER}, or pass overwrite=True to replace it"
-"""What the Python interface offers there."""
+"""Way out for the Python interface if an output file exists."""
 
 _WRITABLE = 0o222
-"""Bits of a file's mode of which a read-only file has none."""
+"""Write permission bits of a file's mode."""
 
 _PREFIX = ".hil-emulator-"
 """Begin of the name of the folder that holds incomplete files."""
@@ -39,7 +39,7 @@ def refuse_existing(
     are never replaced.
 
     Args:
-        files: what is going to be written.
+        files: files to write.
         overwrite: whether regular, writable files may be replaced.
         way_out: what the user can do about a regular file.
 
@@ -68,7 +68,7 @@ def refuse_existing(
 
 @contextmanager
 def new_files(*, overwrite: bool = False) -> Iterator["Staging"]:
-    """Yield where to write output files; all of them appear at the end of the block, or none.
+    """Yield a `Staging`; its output files appear together at the end of the block.
 
     An existing file of the same content stays and is no reason to refuse.
 
@@ -98,13 +98,13 @@ def write_texts(
     texts: Mapping[Path, str], *, overwrite: bool = False, encoding: str = "utf-8",
     newline: str | None = None,
 ) -> None:  # fmt: skip
-    """Write texts, all or none; see `new_files`.
+    """Write all texts, or no file if one fails; see `new_files`.
 
     Args:
         texts: content by file.
         overwrite: whether existing regular files are replaced.
-        encoding: of the files.
-        newline: as of `open`.
+        encoding: encoding of the files.
+        newline: as the argument of `open`.
 
     Raises:
         UserError: if a file exists or cannot be written.
@@ -133,13 +133,13 @@ class Staging:
         self._files: set[Path] = set()
 
     def __call__(self, file: Path) -> Path:
-        """Return where to write a file meanwhile, under its own name.
+        """Return a temporary path for a file, with the file's name.
 
-        Files of one folder are in one folder here, too. What is written next to the returned path
-        is moved along with it.
+        Files of one folder are in one folder here, too. Further files next to the returned path
+        are moved along with it.
 
         Raises:
-            UserError: if the same file was asked for before.
+            UserError: if the file was requested before.
             OSError: if nothing can be written there.
 
         """
@@ -152,7 +152,7 @@ class Staging:
         return self._folders[folder] / file.name
 
     def publish(self) -> None:
-        """Move all files to their places; where that fails, take the new ones away again."""
+        """Move all files to their places; if that fails, remove the moved files."""
         moves = [
             (staged, folder / staged.name)
             for folder, meanwhile in self._folders.items()
@@ -180,7 +180,7 @@ class Staging:
         return _PREFIX in str(place) or place in (self.file, *self.file.parents)
 
     def remove(self) -> None:
-        """Remove what was not moved."""
+        """Remove the files that were not moved."""
         for folder in self._folders.values():
             shutil.rmtree(folder, ignore_errors=True)
 
@@ -192,6 +192,6 @@ def _add(file: Path, files: set[Path]) -> None:
 
 
 def _is_same(staged: Path, file: Path) -> bool:
-    """Return whether a regular file has the content already that is to be written."""
+    """Return whether a regular file has the content of the staged file."""
     regular = file.is_file() and not file.is_symlink()
     return regular and filecmp.cmp(staged, file, shallow=False)

@@ -13,7 +13,7 @@ _QUOTED = re.compile(r'"([\w./-]+\.\w+)"')
 
 
 class Purpose(StrEnum):
-    """What a file is for."""
+    """Purpose of a packaged file."""
 
     MACHINE = "machine"
     LAYER = "layer"
@@ -28,15 +28,15 @@ CONFIGURATIONS = (Purpose.MACHINE, Purpose.LAYER, Purpose.BENCH)
 
 
 def packaged(*purposes: Purpose) -> dict[str, Path]:
-    """Return the files for some purposes, all without any, by the name that stands for them."""
+    """Return the packaged files for some purposes by name; without an argument all files."""
     configs = shipped("configs/hyq_knee.toml").parent
-    found = [*sorted(configs.rglob("*.toml")), *sorted(configs.glob("*.eds"))]
-    found += sorted(shipped("eds/hydraulic_actuator.eds").parent.glob("*.eds"))
-    return {f.stem: f for f in found if not purposes or purpose_of(f) in purposes}
+    files = [*sorted(configs.rglob("*.toml")), *sorted(configs.glob("*.eds"))]
+    files += sorted(shipped("eds/hydraulic_actuator.eds").parent.glob("*.eds"))
+    return {f.stem: f for f in files if not purposes or purpose_of(f) in purposes}
 
 
 def purpose_of(file: Path) -> Purpose:
-    """Return what a packaged file is for."""
+    """Return the purpose of a packaged file."""
     if file.suffix == ".eds":
         return Purpose.EDS
     if file.parent.name == "scenarios":
@@ -47,7 +47,7 @@ def purpose_of(file: Path) -> Purpose:
 
 
 def summary(file: Path) -> str:
-    """Return what the first line of a packaged file says of it."""
+    """Return the description in the first line of a packaged file."""
     if file.suffix == ".eds":
         text = file.read_text(encoding="latin-1")
         return (re.search(r"^Description=(.*)$", text, re.M) or [""] * 2)[1].strip()
@@ -56,42 +56,41 @@ def summary(file: Path) -> str:
 
 
 def found(name: str, *purposes: Purpose) -> Path:
-    """Return a file by its path or, where none is there, by the name of a packaged one.
+    """Return a file by its path; without such a file, the packaged file of this name.
 
     Raises:
-        UserError: lists the names that there are; a path with an ending is left to who reads it.
+        UserError: if there is neither; a path with an ending is returned unchecked.
 
     """
     path = Path(name)
     if path.suffix or path.exists():
         return path
-    known = packaged(*purposes)
-    if name not in known:
+    files = packaged(*purposes)
+    if name not in files:
         kinds = " or ".join(purposes)
         raise UserError(
-            f"{brief(name)} is no file, and no {kinds} of the package{did_you_mean(name, known)}"
+            f"{brief(name)} is no file, and no {kinds} of the package{did_you_mean(name, files)}"
         )
-    return known[name]
+    return files[name]
 
 
 def copy(name: str, folder: Path, *, overwrite: bool = False) -> list[Path]:
     """Copy a packaged file, and all that it names, into one folder.
 
-    What the copies say of where the others are is written anew. A bench with logs of its own
-    brings these along.
+    Paths in the copies are changed to the new folder. The logs of a bench are copied, too.
 
     Returns:
-        The new files, the one that was asked for first.
+        The new files, beginning with the requested one.
 
     Raises:
         UserError: for an unknown name, another file of such a name in the folder, or a folder
             that cannot be written.
 
     """
-    known = packaged()
-    if name not in known:
-        raise UserError(f"{brief(name)}: the package has no such file{did_you_mean(name, known)}")
-    contents = {folder / source.name: _flat(source) for source in with_named(known[name])}
+    files = packaged()
+    if name not in files:
+        raise UserError(f"{brief(name)}: the package has no such file{did_you_mean(name, files)}")
+    contents = {folder / source.name: _flat(source) for source in with_named(files[name])}
     with new_files(overwrite=overwrite) as staged:
         for target, content in contents.items():
             staged(target).write_bytes(content)
@@ -99,12 +98,12 @@ def copy(name: str, folder: Path, *, overwrite: bool = False) -> list[Path]:
 
 
 def with_named(file: Path) -> list[Path]:
-    """Return a file, those that it names, those that these name, and so on."""
+    """Return a file and all files that it names, directly or through other files."""
     waiting, every = [file], dict.fromkeys([file])
     while waiting:
         one = waiting.pop()
-        beside = sorted(one.parent.iterdir()) if one.stem == one.parent.name else []
-        for other in (*_named(one), *beside):
+        companions = sorted(one.parent.iterdir()) if one.stem == one.parent.name else []
+        for other in (*_named(one), *companions):
             if other.is_file() and other not in every:
                 every[other] = None
                 waiting.append(other)
@@ -119,13 +118,13 @@ def _named(file: Path) -> list[Path]:
 
 
 def _flat(file: Path) -> bytes:
-    """Return the content of a file, what it names being beside it."""
+    """Return the content of a file, with the named files in the same folder."""
     content = file.read_bytes()
     if file.suffix != ".toml":
         return content
 
-    def beside(match: re.Match[str]) -> str:
+    def without_folder(match: re.Match[str]) -> str:
         named = file.parent / match[1]
         return f'"{named.name}"' if named.is_file() else match[0]
 
-    return _QUOTED.sub(beside, content.decode()).encode()
+    return _QUOTED.sub(without_folder, content.decode()).encode()

@@ -1,4 +1,4 @@
-"""Where things are: the files that come with the package, and the cache."""
+"""Paths of the packaged files and the cache."""
 
 import os
 from pathlib import Path
@@ -24,13 +24,13 @@ def shipped(name: str) -> Path:
 
 
 def cache_folder() -> Path:
-    """Return the folder of compiled models, below NUMBA_CACHE_DIR where the user set one."""
+    """Return the folder of compiled models, below NUMBA_CACHE_DIR if it is set."""
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     return Path(chosen) if chosen else platformdirs.user_cache_path("hil-emulator") / "kernels"
 
 
 def near(path: Path) -> str:
-    """Return a path as people would type it here."""
+    """Return a path in its short form, as a user would type it in the working folder."""
     resolved = path.resolve()
     here = Path.cwd()
     return str(resolved.relative_to(here) if resolved.is_relative_to(here) else resolved)

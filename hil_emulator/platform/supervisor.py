@@ -1,4 +1,4 @@
-"""The watch over the helper processes of a run."""
+"""Supervision of a run's helper processes."""
 
 import time
 from collections.abc import Callable
@@ -16,14 +16,14 @@ _LOOK_S = 0.25  # between two looks at the helpers (assumed)
 class Supervisor(AbstractContextManager["Supervisor"]):
     """Watches the helper processes of a run.
 
-    Their failures are shown to the user as soon as `look` meets them, and raised at the end of the
-    context, when all helpers have been closed.
+    `look` shows their failures to the user. The end of the context raises them, after all helpers
+    have been closed.
 
     Args:
         warn: shows the user a line.
 
     Attributes:
-        failures: all so far, in words, oldest first.
+        failures: messages of all failures so far, oldest first.
 
     """
 

@@ -1,4 +1,4 @@
-"""A process that goes on from where this one is, and the line to it."""
+"""A forked worker process, and the connection to it."""
 
 import ctypes
 import multiprocessing
@@ -14,25 +14,27 @@ _PR_SET_PDEATHSIG = 1  # Linux <linux/prctl.h>
 
 
 def can_fork() -> bool:
-    """Tell whether a copy of a process that has compiled code is safe: on Linux alone."""
+    """Return whether a process with compiled code can be forked safely: on Linux only."""
     return sys.platform == "linux"
 
 
 def usable_cores() -> int:
-    """Return how many workers can run at once."""
+    """Return the number of workers that can run at once."""
     return len(os.sched_getaffinity(0)) if can_fork() else 1
 
 
 class Worker:
-    """A copy of this process that does some work; what is compiled here is so there, too.
+    """A forked copy of this process, with the machine code that is compiled here.
 
-    Ctrl-C does not reach it: who has started it tells when it shall end. It does not outlive that.
+    Ctrl-C does not reach the worker: the process that started it ends it. The worker does not
+    outlive that process.
 
     Args:
-        work: what it does, given its end of the line; an error that leaves it is printed.
+        work: function to run, called with the worker's end of the connection; its errors are
+            printed.
 
     Attributes:
-        line: this end; it raises `EOFError` once the worker has gone.
+        line: this end of the connection; raises `EOFError` once the worker has ended.
 
     """
 
@@ -44,17 +46,17 @@ class Worker:
         theirs.close()
 
     def stop(self) -> None:
-        """Ask it to end: SIGTERM."""
+        """Send SIGTERM to the worker."""
         self._process.terminate()
 
     def failure(self, name: str) -> HelperFailedError:
-        """Return the error for a worker that ended by itself, which its name begins."""
+        """Return the error for a worker that ended by itself; its message begins with `name`."""
         self._process.join()
         how = ending(self._process.exitcode or 0)
         return HelperFailedError(f"{name} {how}, which ends the run; start it again")
 
     def join(self) -> None:
-        """Wait until it has ended."""
+        """Wait until the worker has ended."""
         self._process.join()
         self.line.close()
 

@@ -1,4 +1,4 @@
-"""The FMU as a file: description, sources, and a library for each system that can be made here."""
+"""The FMU file: description, sources, and a library for each system with a compiler here."""
 
 import re
 import tempfile
@@ -28,32 +28,34 @@ _REFUSED = """
     GetContinuousStateDerivatives GetEventIndicators GetContinuousStates
     GetNominalsOfContinuousStates GetNumberOfEventIndicators GetNumberOfContinuousStates
     GetOutputDerivatives ActivateModelPartition"""
-"""Functions of FMI 3.0 that an FMU of this kind has no use for."""
+"""Functions of FMI 3.0 that do not apply to this kind of FMU."""
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
-"""The date of every file in the archive: what is made twice is the same twice."""
+"""The date of every file in the archive, so that archives of the same content are equal."""
 
 
 def contents(actuator: Exported, version: int) -> dict[str, str]:
-    """Return the texts of an FMU, by their names in the archive.
+    """Return the texts of an FMU by their names in the archive.
 
     Args:
-        actuator: what it shall be.
-        version: of FMI, 2 or 3.
+        actuator: actuator to export.
+        version: version of FMI, 2 or 3.
 
     Raises:
-        TranslationError: if an effect's law holds what has no C here.
+        TranslationError: if an effect's law cannot be translated to C.
 
     """
     header, body = sources(actuator)
     name = actuator.name
-    found = variables(actuator, build(actuator.effects, compiled=False))
+    exported = variables(actuator, build(actuator.effects, compiled=False))
     token = str(uuid.uuid5(uuid.NAMESPACE_URL, f"{version} {header} {body}"))
     files = (f"{name}.c", f"fmi{version}.c")
-    said = description.Said(name, actuator.title, token, actuator.step * actuator.steps, files)
+    summary = description.FmuSummary(
+        name, actuator.title, token, actuator.step * actuator.steps, files
+    )
     given = {"name": name, "upper": name.upper(), "token": token}
-    given["input_widths"] = _widths(v for v in found if v.causality == "input")
-    given["state_widths"] = _widths(v for v in found if v.is_state)
+    given["input_widths"] = _widths(v for v in exported if v.causality == "input")
+    given["state_widths"] = _widths(v for v in exported if v.is_state)
     given["refused"] = "\n".join(f"REFUSED(fmi3{word})" for word in _REFUSED.split())
     texts = {
         f"sources/{name}.h": header,
@@ -62,49 +64,55 @@ def contents(actuator: Exported, version: int) -> dict[str, str]:
         f"sources/fmi{version}.c": _made(f"fmi{version}.c.in", given),
     }
     if version == 2:
-        return {"modelDescription.xml": description.fmi2(said, found), **texts}
-    texts["sources/buildDescription.xml"] = description.build_description(said)
-    return {"modelDescription.xml": description.fmi3(said, found), **texts}
+        return {"modelDescription.xml": description.fmi2(summary, exported), **texts}
+    texts["sources/buildDescription.xml"] = description.build_description(summary)
+    return {"modelDescription.xml": description.fmi3(summary, exported), **texts}
 
 
 def write_fmu(
-    actuator: Exported, version: int, file: Path, say: Callable[[str], None], *,
+    actuator: Exported, version: int, file: Path, report: Callable[[str], None], *,
     native: bool = False,
 ) -> None:  # fmt: skip
-    """Write an FMU; a system that there is no compiler for is left out, and said.
+    """Write an FMU; systems without a compiler are left out and reported.
 
     Args:
-        actuator: what it shall be.
-        version: of FMI, 2 or 3.
-        file: where it goes.
-        say: told which systems it is for.
-        native: compile for this system alone; for Windows `ziglang` first makes that system's
-            libraries, which takes minutes once.
+        actuator: actuator to export.
+        version: version of FMI, 2 or 3.
+        file: output file.
+        report: receives a line for each system.
+        native: whether to compile for this system only; for Windows `ziglang` first makes that
+            system's libraries, which takes minutes once.
 
     Raises:
-        TranslationError: if an effect's law holds what has no C here.
+        TranslationError: if an effect's law cannot be translated to C.
         OSError: if the file cannot be written.
 
     """
     texts = contents(actuator, version)
-    own = host()
-    systems = {s.name: s for s in ((own,) if native else (LINUX, WINDOWS, own)) if s}
+    this_system = host()
+    systems = {
+        s.name: s for s in ((this_system,) if native else (LINUX, WINDOWS, this_system)) if s
+    }
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, text in texts.items():
             archive.writestr(zipfile.ZipInfo(name, _EPOCH), text, zipfile.ZIP_DEFLATED)
         for system in systems.values():
             folder = system.fmi2 if version == 2 else system.name
             if not folder:
-                say(f"{system.name}: FMI 2.0 has no folder for it; it compiles the sources")
+                report(f"{system.name}: FMI 2.0 has no folder for it; it compiles the sources")
                 continue
             try:
                 binary = _library(texts, system)
             except CompilerError as error:
-                say(f"{system.name}: left out: {error}")
+                report(f"{system.name}: left out: {error}")
                 continue
             name = f"binaries/{folder}/{actuator.name}{system.suffix}"
             archive.writestr(zipfile.ZipInfo(name, _EPOCH), binary, zipfile.ZIP_DEFLATED)
-            say(system.name if system is own else f"{system.name}: cross-compiled, not run here")
+            report(
+                system.name
+                if system is this_system
+                else f"{system.name}: cross-compiled, not run here"
+            )
 
 
 def _library(texts: Mapping[str, str], system: System) -> bytes:
@@ -121,7 +129,7 @@ def _library(texts: Mapping[str, str], system: System) -> bytes:
 
 
 def _widths(moved: Iterable[Variable]) -> str:
-    """Return how far each of some variables is moved, as the linear model of the plant does it."""
+    """Return the step width of each variable for differences, as in the plant's linear model."""
     return ", ".join(repr(STEP * SCALES.get(v.unit, 1e-3)) for v in moved)
 
 

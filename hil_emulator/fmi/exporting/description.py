@@ -13,14 +13,14 @@ _child = ElementTree.SubElement
 
 
 @dataclass(frozen=True)
-class Said:
-    """What is said of the FMU as a whole.
+class FmuSummary:
+    """General data of an FMU.
 
     Attributes:
         name: identifier of the model.
-        description: one line.
-        token: tells this FMU from every other one.
-        period: time that a tick takes [s].
+        description: one line of text.
+        token: unique identifier of the FMU.
+        period: period of a tick [s].
         sources: names of the files to compile.
 
     """
@@ -32,24 +32,24 @@ class Said:
     sources: Sequence[str]
 
 
-def fmi2(said: Said, variables: Sequence[Variable]) -> str:
+def fmi2(fmu: FmuSummary, variables: Sequence[Variable]) -> str:
     """Return the description for FMI 2.0."""
     root = Element(
-        "fmiModelDescription", fmiVersion="2.0", modelName=said.name, guid=said.token,
-        description=said.description, generationTool=_tool(),
+        "fmiModelDescription", fmiVersion="2.0", modelName=fmu.name, guid=fmu.token,
+        description=fmu.description, generationTool=_tool(),
         variableNamingConvention="structured",
     )  # fmt: skip
     simulation = _child(
-        root, "CoSimulation", modelIdentifier=said.name, canGetAndSetFMUstate="true",
+        root, "CoSimulation", modelIdentifier=fmu.name, canGetAndSetFMUstate="true",
         canHandleVariableCommunicationStepSize="true", canSerializeFMUstate="true",
         canNotUseMemoryManagementFunctions="true", providesDirectionalDerivative="true",
     )  # fmt: skip
     files = _child(simulation, "SourceFiles")
-    for name in said.sources:
+    for name in fmu.sources:
         _child(files, "File", name=name)
     _units(root, variables)
     _child(_child(root, "LogCategories"), "Category", name="logStatusError")
-    _child(root, "DefaultExperiment", startTime="0", stopTime="1", stepSize=repr(said.period))
+    _child(root, "DefaultExperiment", startTime="0", stopTime="1", stepSize=repr(fmu.period))
     model = _child(root, "ModelVariables")
     for v in variables:
         scalar = _child(
@@ -67,22 +67,22 @@ def fmi2(said: Said, variables: Sequence[Variable]) -> str:
     return _text(root)
 
 
-def fmi3(said: Said, variables: Sequence[Variable]) -> str:
+def fmi3(fmu: FmuSummary, variables: Sequence[Variable]) -> str:
     """Return the description for FMI 3.0."""
     root = Element(
-        "fmiModelDescription", fmiVersion="3.0", modelName=said.name,
-        instantiationToken=said.token, description=said.description, generationTool=_tool(),
+        "fmiModelDescription", fmiVersion="3.0", modelName=fmu.name,
+        instantiationToken=fmu.token, description=fmu.description, generationTool=_tool(),
         variableNamingConvention="structured",
     )  # fmt: skip
     _child(
-        root, "CoSimulation", modelIdentifier=said.name, canGetAndSetFMUState="true",
+        root, "CoSimulation", modelIdentifier=fmu.name, canGetAndSetFMUState="true",
         canHandleVariableCommunicationStepSize="true", canSerializeFMUState="true",
         providesDirectionalDerivatives="true", providesAdjointDerivatives="true",
-        fixedInternalStepSize=repr(said.period),
+        fixedInternalStepSize=repr(fmu.period),
     )  # fmt: skip
     _units(root, variables)
     _child(_child(root, "LogCategories"), "Category", name="logStatusError")
-    _child(root, "DefaultExperiment", startTime="0", stopTime="1", stepSize=repr(said.period))
+    _child(root, "DefaultExperiment", startTime="0", stopTime="1", stepSize=repr(fmu.period))
     model = _child(root, "ModelVariables")
     for v in variables:
         rate = {} if v.rate_of is None else {"derivative": str(v.rate_of)}
@@ -106,32 +106,32 @@ def fmi3(said: Said, variables: Sequence[Variable]) -> str:
 def _unknowns(
     variables: Sequence[Variable], first: int
 ) -> dict[str, list[tuple[str, dict[str, str]]]]:
-    """Return the model's structure: what is computed, and what of.
+    """Return the model's structure: the computed variables and their dependencies.
 
-    At a communication point outputs are those of the last step: none depends on an input of now,
-    readings not even on a state. What is not said depends on all.
+    At a communication point outputs are those of the last step: they do not depend on the present
+    inputs, and readings do not depend on a state. Without an attribute, a variable depends on all.
     """
     states = " ".join(str(v.reference + first) for v in variables if v.is_state)
-    found: dict[str, list[tuple[str, dict[str, str]]]] = {
+    unknowns: dict[str, list[tuple[str, dict[str, str]]]] = {
         "Output": [], "Derivative": [], "InitialUnknown": [],
     }  # fmt: skip
     for v in variables:
         place = str(v.reference + first)
         if v.causality == "output":
-            found["Output"].append((place, {"dependencies": states if v.follows_states else ""}))
+            unknowns["Output"].append((place, {"dependencies": states if v.follows_states else ""}))
         if v.rate_of is not None:
-            found["Derivative"].append((place, {}))
+            unknowns["Derivative"].append((place, {}))
         if v.causality in ("output", "local"):
-            found["InitialUnknown"].append((place, {}))
-    return found
+            unknowns["InitialUnknown"].append((place, {}))
+    return unknowns
 
 
-def build_description(said: Said) -> str:
+def build_description(fmu: FmuSummary) -> str:
     """Return `sources/buildDescription.xml` of FMI 3.0."""
     root = Element("fmiBuildDescription", fmiVersion="3.0")
-    configuration = _child(root, "BuildConfiguration", modelIdentifier=said.name)
+    configuration = _child(root, "BuildConfiguration", modelIdentifier=fmu.name)
     files = _child(configuration, "SourceFileSet", language="C99")
-    for name in said.sources:
+    for name in fmu.sources:
         _child(files, "SourceFile", name=name)
     return _text(root)
 
@@ -147,20 +147,20 @@ def _initial(v: Variable) -> dict[str, str]:
 
 
 def _numbers(v: Variable) -> dict[str, str]:
-    """Return unit, bounds and start of a variable."""
-    found = {} if v.unit in ("", "1") else {"unit": v.unit}
-    if found and v.shown != v.unit:
-        found["displayUnit"] = v.shown
-    found |= {
+    """Return unit, bounds and start value of a variable as attributes."""
+    attributes = {} if v.unit in ("", "1") else {"unit": v.unit}
+    if attributes and v.shown != v.unit:
+        attributes["displayUnit"] = v.shown
+    attributes |= {
         word: repr(bound)
         for word, bound in (("min", v.low), ("max", v.high))
         if math.isfinite(bound)
     }
-    return found if v.start is None else found | {"start": _number(v.start)}
+    return attributes if v.start is None else attributes | {"start": _number(v.start)}
 
 
 def _number(value: float) -> str:
-    """Return a number as XML Schema writes it."""
+    """Return a number in the form of XML Schema."""
     return repr(value) if math.isfinite(value) else repr(value).upper()
 
 

@@ -17,27 +17,27 @@ from hil_emulator.model.rating import rated_current, sized
 from hil_emulator.model.sensors import CHANNELS, Channel
 
 AT_START = "initial_position"
-"""The one parameter that matters at the start alone."""
+"""The parameter that acts at the start only."""
 
 
 @dataclass(frozen=True)
 class Variable:
-    """What an importing tool is told of one number.
+    """A variable in the FMU's description.
 
     Attributes:
-        name: as in a configuration or a recording.
-        reference: its place among the numbers of the plant's structure.
+        name: name as in a configuration or a recording.
+        reference: index among the numbers of the plant's structure.
         causality: "parameter", "input", "output", or "local" for states and their rates.
         variability: "fixed", "tunable" or "continuous".
         unit: SI unit.
-        shown: the unit engineers write it in.
-        description: its meaning.
-        start: value at the start; None of an output.
-        low: smallest value, -inf without one.
-        high: largest value, inf without one.
-        is_state: whether the model integrates it.
-        follows_states: whether it is a function of the states, not of an earlier time.
-        rate_of: reference of the state whose rate it is; None for anything else.
+        shown: display unit.
+        description: meaning of the variable.
+        start: start value; None for an output.
+        low: smallest value; -inf without a bound.
+        high: largest value; inf without a bound.
+        is_state: whether the model integrates the variable.
+        follows_states: whether the variable is a function of the present states.
+        rate_of: reference of the state whose rate the variable is; None for other variables.
 
     """
 
@@ -58,9 +58,9 @@ class Variable:
 
 def variables(actuator: Exported, kernel: Kernel) -> list[Variable]:
     """Return all variables, in the order of the plant's structure."""
-    found = [*_parameters(actuator, kernel), *_transducers(actuator, kernel), *_inputs(kernel)]
-    found += _outputs(len(found))
-    return [*found, *_states(kernel, len(found))]
+    listed = [*_parameters(actuator, kernel), *_transducers(actuator, kernel), *_inputs(kernel)]
+    listed += _outputs(len(listed))
+    return [*listed, *_states(kernel, len(listed))]
 
 
 def _parameters(actuator: Exported, kernel: Kernel) -> Iterator[Variable]:
@@ -92,11 +92,11 @@ def _in_table(effect: Effect, param: Param) -> str:
 
 def _transducers(actuator: Exported, kernel: Kernel) -> Iterator[Variable]:
     place = len(kernel.parameters.names or ())
-    own = {e.field_of(p): (e, p) for e in kernel.effects for p in e.params}
+    declared = {e.field_of(p): (e, p) for e in kernel.effects for p in e.params}
     for channel in CHANNELS:
         values = fill(kernel.channel, kernel.effects, actuator.sensors.get(channel.name, {}))
         for field, start in zip(kernel.channel.names or (), values, strict=True):
-            yield _transducer(channel, *own[field], place, float(start))
+            yield _transducer(channel, *declared[field], place, float(start))
             place += 1
 
 
@@ -134,17 +134,17 @@ def _outputs(place: int) -> Iterator[Variable]:
 
 
 def _states(kernel: Kernel, place: int) -> Iterator[Variable]:
-    known = {q.name: q for q in quantities.ALL_STATES}
-    known |= {effect.field_of(q): q for effect in kernel.effects for q in effect.states}
+    declared = {q.name: q for q in quantities.ALL_STATES}
+    declared |= {effect.field_of(q): q for effect in kernel.effects for q in effect.states}
     names = kernel.state.names or ()
     for i, name in enumerate(names):
-        q = known[name]
+        q = declared[name]
         yield Variable(
             f"state.{name}", place + i, "local", "continuous", q.unit, q.unit, q.meaning,
             is_state=True,
         )  # fmt: skip
     for i, name in enumerate(names):
-        unit = _per_second(known[name].unit)
+        unit = _per_second(declared[name].unit)
         yield Variable(
             f"der(state.{name})", place + len(names) + i, "local", "continuous", unit, unit,
             f"rate of {name.replace('_', ' ')}", rate_of=place + i,

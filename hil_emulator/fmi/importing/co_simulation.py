@@ -1,4 +1,4 @@
-"""An FMU that brings its own solver: a tick is a communication step."""
+"""An FMU with a solver: a tick is a communication step."""
 
 import ctypes
 from typing import Any
@@ -23,12 +23,12 @@ class CoSimulation(Instance):
     def tick(self) -> None:
         """Take a communication step with the inputs held."""
         self.set_inputs()
-        # times are multiples, so that they never drift
+        # times are multiples of the period, so that rounding errors do not add up
         begin = self._ticks * self._period
         times = ctypes.c_double(begin), ctypes.c_double(self._period)
         if self.three:
-            said = self._event, self._ends, self._early, self._reached
-            answers = [ctypes.byref(value) for value in said]
+            results = self._event, self._ends, self._early, self._reached
+            answers = [ctypes.byref(value) for value in results]
             status = self._do_step(self.component, *times, ctypes.c_bool(True), *answers)
         else:
             status = self._do_step(self.component, *times, ctypes.c_int(1))

@@ -1,4 +1,4 @@
-"""An FMU that has been loaded into this process."""
+"""An FMU loaded into this process."""
 
 import ctypes
 from abc import ABC, abstractmethod
@@ -6,29 +6,29 @@ from collections.abc import Callable, Sequence
 from typing import Any, ClassVar
 
 CO_SIMULATION, MODEL_EXCHANGE = "co-simulation", "model exchange"
-"""Interfaces of an FMU: with a solver of its own, or for that of the importing tool."""
+"""Interfaces of an FMU: with a solver in the FMU, or for the solver of the importing tool."""
 
 
 class Instance(ABC):
-    """An FMU that moves from tick to tick, without Python objects in between.
+    """An FMU that is integrated tick by tick, without Python objects within a tick.
 
     Args:
-        file: the FMU.
+        file: FMU file.
         request: see `worker`.
-        folder: where it is unpacked.
+        folder: folder of the unpacked FMU.
 
     Attributes:
-        fmu: the instance as FMPy knows it.
-        inputs: values for the next tick, in its units.
-        outputs: values at the time it has reached, in its units.
+        fmu: FMPy's instance.
+        inputs: inputs for the next tick, in the FMU's units.
+        outputs: outputs at the present time, in the FMU's units.
 
     Raises:
-        RuntimeError: says what failed, and how.
+        RuntimeError: if a function of the FMU fails; names the function and its status.
 
     """
 
     kind: ClassVar[str]
-    """The interface, as FMPy calls it."""
+    """Name of the interface in FMPy."""
 
     def __init__(self, file: str, request: dict[str, Any], folder: str) -> None:
         import fmpy
@@ -47,23 +47,23 @@ class Instance(ABC):
 
     @abstractmethod
     def tick(self) -> None:
-        """Hand over the inputs, let a tick pass, fetch the outputs.
+        """Set the inputs, integrate over a tick, and get the outputs.
 
         Raises:
-            RuntimeError: says which of these failed, and how.
+            RuntimeError: if a function of the FMU fails; names the function and its status.
 
         """
 
     def function(self, name: str) -> Any:
-        """Return one of its functions: a name without "fmi2" or "fmi3"."""
+        """Return a function of the FMU by its name without "fmi2" or "fmi3"."""
         return self.fmu.dll[f"fmi{3 if self.three else 2}{name}"]
 
     def set_inputs(self) -> None:
-        """Hand over the inputs."""
+        """Set the inputs."""
         check(self._set(), "setting its inputs")
 
     def get_outputs(self) -> None:
-        """Fetch the outputs."""
+        """Get the outputs."""
         check(self._get(), "reading its outputs")
 
     def _initialise(self, parameters: Sequence[tuple[int, float]]) -> None:
@@ -92,10 +92,10 @@ class Instance(ABC):
 
 
 def check(status: int, what: str) -> None:
-    """Raise where a function has not done its work.
+    """Raise if a function's status is an error.
 
     Raises:
-        RuntimeError: says what has failed, and how.
+        RuntimeError: for status 2 or higher; names the function and the status.
 
     """
     # 0 is OK, 1 a warning

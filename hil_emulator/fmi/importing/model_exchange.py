@@ -1,8 +1,8 @@
-"""An FMU that leaves the integration to us: a tick is the integration steps of the configuration.
+"""An FMU without a solver, integrated here with the integration steps of the configuration.
 
-Between events its states follow the steps of `runge_kutta`. A step in which an event indicator
-changes its sign is shortened until it ends just behind that; one that a time event is due in ends
-there. Then the FMU is in event mode for as long as it asks for further discrete states.
+Between events the states follow the steps of `runge_kutta`. A step in which an event indicator
+changes its sign is shortened to end just after the change. A step with a time event ends at that
+event. Then the FMU stays in event mode until it requests no further discrete states.
 """
 
 import ctypes
@@ -17,10 +17,10 @@ from hil_emulator.fmi.importing.runge_kutta import accept, advance, attempt
 Row = np.ndarray[Any, np.dtype[np.float64]]
 
 _EVENTS = 100
-"""Events within one integration step that are more than a machine has (assumed)."""
+"""Largest number of events within one integration step (assumed)."""
 
 _HALVINGS = 40
-"""How often a step is halved to find an event: to 2e-17 s for a step of 20 us."""
+"""Number of bisections of a step to locate an event: 2e-17 s for a step of 20 us."""
 
 
 class ModelExchange(Instance):
@@ -48,13 +48,13 @@ class ModelExchange(Instance):
             "GetEventIndicators", "CompletedIntegratorStep",
         )  # fmt: skip
         self._functions = tuple(_address(self.function(name)) for name in names)
-        self._given = b""  # even zeros are news to one that starts with other inputs
+        self._given = b""  # set inputs of zero, too: the FMU may start with others
         # initialisation ends in event mode
         self._leave_event_mode()
         self.get_outputs()
 
     def tick(self) -> None:
-        """Integrate over a tick with the inputs held; a change of theirs is an event."""
+        """Integrate over a tick with the inputs held; a change of the inputs is an event."""
         if bytes(self.inputs) != self._given:
             self._given = bytes(self.inputs)
             self.fmu.enterEventMode()
@@ -73,7 +73,7 @@ class ModelExchange(Instance):
         self.get_outputs()
 
     def _take_whole_steps(self, end: int) -> None:
-        """Take steps up to one that holds an event or ends with it, as far as that is known of."""
+        """Take steps up to the next step that contains an event or ends at a time event."""
         if self._next <= end * self._step:
             end = max(self._taken, min(end, math.ceil(self._next / self._step)) - 1)
         status, self._taken = advance(
@@ -98,7 +98,7 @@ class ModelExchange(Instance):
         raise RuntimeError(f"has over {_EVENTS} events within {self._step:g} s, at {end:g} s")
 
     def _up_to_event(self, stop: float) -> tuple[float, bool]:
-        """Take a step that ends just behind the first event in it; return where, and whether."""
+        """Step to just after the first event; return the time, and whether there was an event."""
         if not self._attempt(stop):
             return stop, False
         before = self._time
@@ -119,7 +119,7 @@ class ModelExchange(Instance):
         return bool(crossed)
 
     def _answer(self, *, event: bool) -> None:
-        """Do what the FMU asked for after a step."""
+        """Enter event mode or end, if the FMU requested it after a step."""
         wanted, ends = self._flags
         self._flags[:] = 0
         if ends:
@@ -129,18 +129,18 @@ class ModelExchange(Instance):
             self._leave_event_mode()
 
     def _leave_event_mode(self) -> None:
-        """Let discrete states change until they rest, then go on with the states they leave."""
+        """Update discrete states until they are constant, then continue with the new states."""
         update = self.fmu.updateDiscreteStates if self.three else self.fmu.newDiscreteStates
         for _ in range(_EVENTS):
-            again, ends, _, _, known, time = update()
+            again, ends, _, _, scheduled, time = update()
             if ends:
                 self._end()
             if not again:
                 break
         else:
             raise RuntimeError(f"finds no end of its events at {self._time:g} s")
-        # one that is due in the past, or at no number, is due now
-        self._next = max(self._time, time) if known else math.inf
+        # an event in the past, or at NaN, is due now
+        self._next = max(self._time, time) if scheduled else math.inf
         self.fmu.enterContinuousTimeMode()
         self._fetch(self._get_states, self._rows[0], "reading its states")
         self._fetch(self._get_indicators, self._indicators[0], "reading its event indicators")

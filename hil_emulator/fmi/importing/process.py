@@ -1,4 +1,4 @@
-"""The other end of `worker`: an FMU that is stepped from here, and can fail without harm."""
+"""Steps an FMU in the process of `worker`, so that a crash of the FMU does not end the run."""
 
 import json
 import os
@@ -21,24 +21,24 @@ _STARTING = 60.0
 
 
 class FmuFailedError(Exception):
-    """An FMU has failed, crashed or hung; says which."""
+    """An FMU has failed, crashed or hung; the message states which."""
 
 
 class FmuProcess:
-    """An FMU in a process of its own.
+    """An FMU in a separate process.
 
     Args:
-        file: the FMU.
-        wiring: its variables.
-        step: integration step of one for model exchange [s].
-        steps: how many of them a tick has; a communication step is a tick.
-        timeout: time that one step may take [s].
+        file: FMU file.
+        wiring: wired variables.
+        step: integration step of an FMU for model exchange [s].
+        steps: integration steps per tick; a communication step is a tick.
+        timeout: longest time of one step [s].
 
     Attributes:
-        outputs: values at the time it has reached, in the FMU's units.
+        outputs: outputs at the present time, in the FMU's units.
 
     Raises:
-        FmuFailedError: if it cannot be started.
+        FmuFailedError: if the FMU cannot be started.
 
     """
 
@@ -51,7 +51,7 @@ class FmuProcess:
             "step": step,
             "steps": steps,
         }
-        # unpacked from here: what is killed there tidies nothing up
+        # unpacked here, since a killed process does not remove its files
         folder = tempfile.TemporaryDirectory()
         words = [sys.executable, "-m", worker.__name__, str(file.resolve()), folder.name]
         self._process = subprocess.Popen(
@@ -59,7 +59,7 @@ class FmuProcess:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             bufsize=0,
-            start_new_session=True,  # Ctrl-C in the terminal is for the emulator alone
+            start_new_session=True,  # Ctrl-C in the terminal reaches the emulator only
         )
         assert self._process.stdin is not None
         assert self._process.stdout is not None
@@ -75,7 +75,7 @@ class FmuProcess:
         """Take a step with the inputs held, in the FMU's units.
 
         Raises:
-            FmuFailedError: if it failed, crashed or hung; it has ended then.
+            FmuFailedError: if the FMU failed, crashed or hung; its process has ended then.
 
         """
         try:
@@ -91,15 +91,15 @@ class FmuProcess:
     def _answer(self, timeout: float) -> Vector:
         if not self._poll.poll(timeout * 1e3):
             raise self._failed(f"has not answered for {timeout:g} s")
-        said = os.read(self._from, self._size + worker.MESSAGE)
-        if len(said) < self._size:
+        reply = os.read(self._from, self._size + worker.MESSAGE)
+        if len(reply) < self._size:
             raise self._failed(self._last_words())
-        if said[0] != worker.OK:
-            raise self._failed(said[self._size :].decode(errors="replace").strip())
-        return np.frombuffer(said, np.float64, offset=1)
+        if reply[0] != worker.OK:
+            raise self._failed(reply[self._size :].decode(errors="replace").strip())
+        return np.frombuffer(reply, np.float64, offset=1)
 
     def _last_words(self) -> str:
-        """Say how a process has ended that should not have."""
+        """Return how the process ended."""
         code = self._process.wait(timeout=5.0)
         return f"has crashed: signal {-code}" if code < 0 else f"has ended with exit code {code}"
 

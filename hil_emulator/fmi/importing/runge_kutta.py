@@ -1,12 +1,12 @@
-"""Fixed steps of classical Runge-Kutta over the functions of an FMU for model exchange, compiled.
+"""Compiled fixed-step Runge-Kutta method of order 4 for an FMU for model exchange.
 
-They are called by their addresses, on rows of numbers:
+The FMU's functions are called by address, with these arrays:
 
     functions   SetTime, SetContinuousStates, GetContinuousStateDerivatives, GetEventIndicators,
                 CompletedIntegratorStep
     rows        states, trial states, four rates, shape (6, states)
     indicators  event indicators at the states and at the trial states, shape (2, indicators)
-    flags       whether the FMU wants event mode, whether it wants to end, shape (2,)
+    flags       whether the FMU requests event mode, whether it requests the end, shape (2,)
 """
 
 from collections.abc import Callable
@@ -27,7 +27,7 @@ _inner = numba.njit(error_model="numpy")
 
 
 def _entry(signature: Any) -> Callable[[_Function], _Function]:
-    """Compile a function ahead of its first call, once and for all."""
+    """Compile a function for one signature before its first call."""
 
     def compiled(function: _Function) -> _Function:
         dispatcher = entry_point(Path(__file__), _nrt=True)(function)
@@ -44,7 +44,7 @@ _ROWS = _REAL[:, ::1]
 _FLAGS = _STATUS[::1]
 
 _WARNING = 1
-"""The worst status of a function that has done its work."""
+"""Largest status that is not an error."""
 
 
 def _calling(_context: Any, address: Any, arguments: Any) -> Any:
@@ -66,13 +66,13 @@ _call: Any = intrinsic(_calling)
 
 @_inner
 def _vector(function: int, instance: int, values: Any) -> int:
-    """Hand over states, or fetch rates or indicators."""
+    """Set states, or get rates or indicators."""
     return int(_call(function, (instance, np.intp(values.ctypes.data), values.size)))
 
 
 @_inner
 def _place(functions: Any, instance: int, time: float, states: Any) -> int:
-    """Put the FMU to a time and states."""
+    """Set the FMU's time and states."""
     status = _call(functions[0], (instance, time))
     return int(max(status, _vector(functions[1], instance, states)))
 
@@ -116,7 +116,7 @@ def _accept(functions: Any, instance: int, rows: Any, indicators: Any, flags: An
     indicators[0] = indicators[1]
     flags[:] = 0
     enter = np.intp(flags.ctypes.data)
-    # the past is done with, 1: no state from before this time will be set again; the flag goes in a
+    # argument 1: no state from before this time will be set again; the flag is passed in a
     # register, whose further bits the FMU does not read
     status: int = _call(functions[4], (instance, 1, enter, enter + flags.itemsize))
     return status
@@ -126,7 +126,7 @@ def _accept(functions: Any, instance: int, rows: Any, indicators: Any, flags: An
 def attempt(
     functions: Any, instance: int, begin: float, end: float, rows: Any, indicators: Any
 ) -> tuple[int, bool]:
-    """Take a step to the trial states, where the FMU is then.
+    """Take a step to the trial states, and set the FMU to them.
 
     Returns:
         The worst status of a function, and whether an indicator has changed its sign.
@@ -138,7 +138,7 @@ def attempt(
 
 @_entry(_STATUS(_FUNCTIONS, _INT, _ROWS, _ROWS, _FLAGS))
 def accept(functions: Any, instance: int, rows: Any, indicators: Any, flags: Any) -> int:
-    """Let the trial states be the states, and ask the FMU what it wants; return the status."""
+    """Accept the trial states and get the FMU's requests; return the status."""
     return _accept(functions, instance, rows, indicators, flags)
 
 
@@ -149,11 +149,11 @@ def advance(
 ) -> tuple[int, int]:  # fmt: skip
     """Take the steps from `first * step` to `last * step`.
 
-    It ends ahead of a step in which an indicator changes its sign, or behind one after which the
-    FMU wants something.
+    It ends before a step in which an indicator changes its sign, or after a step at which the FMU
+    requests event mode or the end.
 
     Returns:
-        The worst status of a function, and the number of the step that it ended at.
+        The worst status of a function, and the number of the last step.
 
     """
     for k in range(first, last):

@@ -1,4 +1,4 @@
-"""An FMU where the built-in plant's balances are otherwise: the rest of a rig does not notice."""
+"""An FMU in place of the built-in plant, with the same interface to the rig."""
 
 import logging
 from collections.abc import Iterable
@@ -20,17 +20,16 @@ _log = logging.getLogger(__name__)
 class FmuSupply(Supply):
     """The memory of one actuator whose signals come from an FMU.
 
-    Signals that no variable is wired to are zero. Sensing elements see what they measure once per
-    tick.
+    Signals without a wired variable are zero. Sensors sample their signals once per tick.
 
     Args:
-        kernel: the model, compiled for one actuator: gives the layouts and the sensors.
-        step: width of an integration step [s].
+        kernel: the model, compiled for one actuator; defines the layouts and the sensors.
+        step: integration step [s].
         steps: integration steps per tick.
-        settings: the FMU.
+        settings: settings of the FMU.
 
     Raises:
-        UserError: if it cannot be wired or started.
+        UserError: if the FMU cannot be wired or started.
 
     """
 
@@ -51,10 +50,10 @@ class FmuSupply(Supply):
             raise UserError(f"{settings.file}: {error}") from None
 
     def step(self, steps: int) -> bool:
-        """Let the FMU move for a tick; not at all for no steps.
+        """Step the FMU over a tick; do nothing if `steps` is 0.
 
         Returns:
-            Whether it did, and all its outputs are finite.
+            Whether the FMU succeeded and all its outputs are finite.
 
         """
         if self.failure:
@@ -71,13 +70,13 @@ class FmuSupply(Supply):
         return True
 
     def close(self) -> None:
-        """End the FMU; it takes no further step."""
+        """End the FMU."""
         self._fmu.close()
         self.failure = self.failure or f"{self._name} has been closed"
 
     def _fail(self, why: str) -> bool:
         self.failure = f"{self._name} {why}"
-        _log.error("%s; the nodes say so, and stay on the bus", self.failure)
+        _log.error("%s; the nodes report it, and stay on the bus", self.failure)
         return False
 
 

@@ -1,4 +1,4 @@
-"""Which variables of an FMU are which quantities of ours; wrong ones are told before it runs."""
+"""Assignment of an FMU's variables to the model's quantities, checked before the run."""
 
 import re
 from collections.abc import Mapping
@@ -27,12 +27,12 @@ class Wired:
 
 @dataclass(frozen=True)
 class Wiring:
-    """An FMU that can be run here.
+    """Checked variables of an FMU.
 
     Attributes:
-        inputs: by name of the model's input.
-        outputs: by name of the model's signal.
-        parameters: value references and values, in the FMU's own units.
+        inputs: wired variables by name of the model's input.
+        outputs: wired variables by name of the model's signal.
+        parameters: value references and values, in the FMU's units.
         interface: "co-simulation" or "model exchange".
 
     """
@@ -44,27 +44,27 @@ class Wiring:
 
 
 def wire(settings: FmuSettings) -> Wiring:
-    """Read an FMU's description and find what the configuration names.
+    """Read an FMU's description and find the variables of the configuration.
 
     Raises:
-        UserError: for a file that is no FMU, one for another system or without the interface that
-            is wanted, a variable that is missing, of another causality, type or dimension.
+        UserError: if the file is not an FMU, is for another system or lacks the required
+            interface; if a variable is missing or has another causality, type or dimension.
 
     """
     file = settings.file
     description = _description(file)
-    known = {v.name: v for v in description.modelVariables}
+    variables = {v.name: v for v in description.modelVariables}
     declared = {q.name: q.unit for q in (*SIGNALS, *INPUTS)}
     inputs = {
-        name: _wired(file, known, lead, declared[name], "input")
+        name: _wired(file, variables, lead, declared[name], "input")
         for name, lead in settings.inputs.items()
     }
     outputs = {
-        name: _wired(file, known, lead, declared[name], "output")
+        name: _wired(file, variables, lead, declared[name], "output")
         for name, lead in settings.outputs.items()
     }
     parameters = {
-        _variable(file, known, name, "parameter").valueReference: value
+        _variable(file, variables, name, "parameter").valueReference: value
         for name, value in settings.parameters.items()
     }
     return Wiring(inputs, outputs, parameters, _interface(settings, description))
@@ -83,7 +83,7 @@ def _description(file: Path) -> Any:
         systems = fmpy.supported_platforms(str(file))
     except UserError:
         raise
-    except Exception as error:  # a damaged archive or description ends in many kinds
+    except Exception as error:  # a damaged archive or description raises many kinds of exception
         raise UserError(f"{file}: is no FMU: {brief(str(error))}") from None
     if description.fmiVersion[:2] not in ("2.", "3."):
         raise UserError(f"{file}: is of FMI {description.fmiVersion}; 2.0 and 3.0 can be run")
@@ -96,13 +96,13 @@ def _description(file: Path) -> Any:
 
 
 def _interface(settings: FmuSettings, description: Any) -> str:
-    """Return the interface that is wanted, or else the one that there is: co-simulation first."""
+    """Return the configured interface; without one, co-simulation if available."""
     there = [
         name
-        for name, found in (
+        for name, present in (
             (CO_SIMULATION, description.coSimulation), (MODEL_EXCHANGE, description.modelExchange),
         )
-        if found
+        if present
     ]  # fmt: skip
     wanted = settings.interface
     if not there or (wanted and wanted not in there):
@@ -111,37 +111,41 @@ def _interface(settings: FmuSettings, description: Any) -> str:
     return wanted or there[0]
 
 
-def _variable(file: Path, known: Mapping[str, Any], name: str, causality: str) -> Any:
-    if name not in known:
-        near = ", ".join([v for v, one in known.items() if one.causality == causality][:12])
+def _variable(file: Path, variables: Mapping[str, Any], name: str, causality: str) -> Any:
+    if name not in variables:
+        near = ", ".join([v for v, one in variables.items() if one.causality == causality][:12])
         raise UserError(f"{file}: no variable '{name}'; of kind {causality} there are {near}")
-    found = known[name]
-    if found.causality != causality and not (causality == "output" and found.causality == "local"):
-        raise UserError(f"{file}: '{name}' is of kind {found.causality}, wanted is {causality}")
-    if found.type not in _REAL:
-        raise UserError(f"{file}: '{name}' is {found.type}; only real numbers can be wired")
-    if found.dimensions:
+    variable = variables[name]
+    if variable.causality != causality and not (
+        causality == "output" and variable.causality == "local"
+    ):
+        raise UserError(f"{file}: '{name}' is of kind {variable.causality}, wanted is {causality}")
+    if variable.type not in _REAL:
+        raise UserError(f"{file}: '{name}' is {variable.type}; only real numbers can be wired")
+    if variable.dimensions:
         raise UserError(f"{file}: '{name}' is an array; only single numbers can be wired")
-    return found
+    return variable
 
 
 def _plain(unit: str) -> str:
-    """Return a unit of Modelica, such as "N.m/s2", as it is written here (Modelica 3.6, 19.1)."""
+    """Return a unit of Modelica, such as "N.m/s2", in pint's form (Modelica 3.6, 19.1)."""
     return re.sub(r"(?<=[A-Za-z])(-?\d)", r"^\1", unit).replace(".", "*")
 
 
-def _wired(file: Path, known: Mapping[str, Any], lead: Lead, unit: str, causality: str) -> Wired:
-    found = _variable(file, known, lead.variable, causality)
+def _wired(
+    file: Path, variables: Mapping[str, Any], lead: Lead, unit: str, causality: str
+) -> Wired:
+    variable = _variable(file, variables, lead.variable, causality)
     # a declared type may carry the unit
-    declared = found.unit or getattr(found.declaredType, "unit", None) or ""
+    declared = variable.unit or getattr(variable.declaredType, "unit", None) or ""
     there = lead.unit or _plain(declared) or unit
     if there == unit:
-        return Wired(found.name, found.valueReference, 1.0, 0.0)
+        return Wired(variable.name, variable.valueReference, 1.0, 0.0)
     try:
         factor, offset = units.display(unit, there)
-    except Exception:  # pint answers an unknown unit with many kinds of exception
+    except Exception:  # pint raises many kinds of exception for an unknown unit
         raise UserError(
-            f"{file}: '{found.name}' is in '{brief(there)}', wanted is a unit like {unit}; say it "
-            f'as "{found.name} [{unit}]"'
+            f"{file}: '{variable.name}' is in '{brief(there)}', wanted is a unit like {unit}; "
+            f'state it as "{variable.name} [{unit}]"'
         ) from None
-    return Wired(found.name, found.valueReference, factor, offset)
+    return Wired(variable.name, variable.valueReference, factor, offset)

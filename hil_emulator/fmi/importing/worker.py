@@ -1,11 +1,11 @@
-"""The process in which an FMU runs: whatever becomes of it, the bus is another one.
+"""Main program of the process in which an FMU runs, separate from the process of the bus.
 
     python -m hil_emulator.fmi.importing.worker FILE FOLDER REQUEST
 
 FILE is unpacked into FOLDER. REQUEST is JSON: interface, value references of inputs and outputs,
 parameters, integration step, steps per tick. On standard input come the values of the inputs,
-packed; on standard output go a status and the values of the outputs, one answer ahead of the first
-step for those at the start. It ends when the input does.
+packed; on standard output go a status and the values of the outputs, one answer before the first
+step with the start values. The process ends at the end of its input.
 """
 
 import ctypes
@@ -18,12 +18,12 @@ from hil_emulator.fmi.importing.instance import MODEL_EXCHANGE, Instance
 
 OK, FAILED = 0, 1
 MESSAGE = 400
-"""Bytes that a message may have; an answer ends with so many."""
+"""Length of the message at the end of each answer [B]."""
 
 
 def main(file: str, folder: str, request: dict[str, Any]) -> None:
-    """Serve until the input ends."""
-    # what the FMU prints must not get among the answers
+    """Answer requests until the input ends."""
+    # output that the FMU prints must not mix with the answers
     answers = os.dup(1)
     os.dup2(2, 1)
     nothing = bytes(8 * len(request["outputs"]))
@@ -37,13 +37,13 @@ def main(file: str, folder: str, request: dict[str, Any]) -> None:
             ctypes.memmove(fmu.inputs, given, ctypes.sizeof(fmu.inputs))
             fmu.tick()
             os.write(answers, bytes([OK]) + bytes(fmu.outputs))
-    except Exception as error:  # the other process says it, whatever it is
+    except Exception as error:  # the other process reports every error
         message = str(error).encode()[:MESSAGE].ljust(MESSAGE)
         os.write(answers, bytes([FAILED]) + nothing + message)
 
 
 def _instance(file: str, request: dict[str, Any], folder: str) -> Instance:
-    # the one compiles what the other does not need
+    # only model exchange needs compiled code
     if request["interface"] == MODEL_EXCHANGE:
         from hil_emulator.fmi.importing.model_exchange import ModelExchange
 
