@@ -188,8 +188,8 @@ class _OtherDimensionError(ValueError):
     """A quantity is one of something else; its text is a word for that."""
 
 
-def _value(text: str, unit: str) -> float:
-    """Return the number of `unit` in a quantity.
+def _value(text: str, unit: str, *, difference: bool = False) -> float:
+    """Return the number of `unit` in a quantity; see `to_si`.
 
     Raises:
         ValueError, pint.PintError: if the text is no quantity, or one of something else.
@@ -197,7 +197,7 @@ def _value(text: str, unit: str) -> float:
     """
     if unit == "Pa" and (above := _WITH_REFERENCE.fullmatch(text)):
         plain, atmosphere = _absolute(above[2])
-        return _value(f"{above[1]} {plain}", unit) + atmosphere
+        return _value(f"{above[1]} {plain}", unit) + (0.0 if difference else atmosphere)
     if _rotary.get():
         text = _JOINED_TORQUE.sub("N*m", text)
     number, written = _parts(text)
@@ -233,13 +233,15 @@ def _alike(one: str, other: str) -> bool:
     return bool(_registry().Unit(one).dimensionality == _registry().Unit(other).dimensionality)
 
 
-def to_si(text: object, unit: str, example: str = "") -> float:
+def to_si(text: object, unit: str, example: str = "", *, difference: bool = False) -> float:
     """Return the number of `unit` in a quantity such as "7.5 l/min".
 
     Args:
         text: what the user wrote; a bare number is accepted only where `unit` is "1".
         unit: SI unit of the result.
         example: a correct way to write it, for the message.
+        difference: whether the quantity is a difference of two pressures, which has no reference:
+            "5 bar(g)" and "5 bar" are then equal.
 
     Raises:
         ValueError: for anything that is not a finite or infinite number of the right dimension.
@@ -252,7 +254,7 @@ def to_si(text: object, unit: str, example: str = "") -> float:
         raise ValueError(f"{brief(text)} has no unit; write it as text with a unit{hint}")
     written = f'"{brief(text)}"'
     try:
-        value = _value(text, unit) if isinstance(text, str) else float(text)
+        value = _value(text, unit, difference=difference) if isinstance(text, str) else float(text)
     except _OtherDimensionError as found:
         raise ValueError(f"{written} is a {found}; a {_dimension(unit)} is wanted{hint}") from None
     except Exception:  # pint answers an unknown unit with many kinds of exception

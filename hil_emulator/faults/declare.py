@@ -51,6 +51,7 @@ class FaultParam:
         low: smallest allowed value, in `unit`.
         high: largest allowed value, in `unit`.
         shown: the unit engineers write it in.
+        difference: whether a pressure in `unit` is a difference, without a gauge offset.
 
     """
 
@@ -61,6 +62,7 @@ class FaultParam:
     low: float = float("-inf")
     high: float = float("inf")
     shown: str = ""
+    difference: bool = False
 
 
 @dataclass(frozen=True)

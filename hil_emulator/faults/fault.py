@@ -235,8 +235,10 @@ def _value(target: str, kind: FaultKind, param: FaultParam, options: Mapping[str
     if param.name not in options:
         assert param.default is not None
         return param.default * scale
+    # the amplitudes of a sensor's faults are differences of two readings
+    difference = param.difference or param.unit == SPAN
     try:
-        value = to_si(_plain(options[param.name], unit), unit, example)
+        value = to_si(_plain(options[param.name], unit), unit, example, difference=difference)
     except ValueError as error:
         raise UserError(f"{where}: {error}") from None
     if not param.low * scale <= value <= param.high * scale:

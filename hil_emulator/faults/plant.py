@@ -53,7 +53,7 @@ def loss(pressure: float) -> Change:
 
 @plant_fault(
     SUPPLY, "supply_pressure",
-    FaultParam("drop", "Pa", "reduction of the supply pressure", 40e5, 0.0, 400e5, "bar"),
+    FaultParam("drop", "Pa", "reduction of the supply pressure", 40e5, 0.0, 400e5, "bar", True),
 )  # fmt: skip
 def droop(drop: float) -> Change:
     """The supply sags."""

@@ -23,6 +23,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.platform.paths import shipped
+from tests.identify.arxml import arxml
 
 TICKS = 400
 START_ALL = Frame(0x000, b"\x01\x00")
@@ -231,12 +232,15 @@ VAL_ 800 pressure_a 65535 "Error" ;
 """
 
 
-@pytest.mark.parametrize("ending", [".dbc", ".kcd", ".sym"])
+@pytest.mark.parametrize("ending", [".dbc", ".kcd", ".sym", ".arxml"])
 def test_what_a_database_calls_no_reading_is_missing(tmp_path: Path, ending: str) -> None:
     """A value with a name in the value table, and one outside minimum and maximum, with a note."""
     database = tmp_path / f"bus{ending}"
     parsed = cantools.database.load_string(DATABASE, "dbc")
-    cantools.database.dump_file(parsed, str(database))
+    if ending == ".arxml":  # cantools reads it only
+        database.write_text(arxml(parsed.messages[0]))
+    else:
+        cantools.database.dump_file(parsed, str(database))
     file = tmp_path / "log.log"
     with can.Logger(str(file)) as log:
         for k in range(100):

@@ -8,6 +8,7 @@ import scipy.io
 
 from hil_emulator.api.logs import Meaning, experiments, pairs
 from hil_emulator.errors import UserError
+from hil_emulator.faults.fault import fault
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.units import to_si
 from tests.identify.rig_data import knee
@@ -64,6 +65,16 @@ def test_gauge_pressures_count_from_the_atmosphere(
     assert to_si(f"160 {unit}", "Pa") == pytest.approx(zero + 160.0 * one)
     with pytest.raises(ValueError, match="length"):
         to_si(f"160 {unit}", "m")
+
+
+@pytest.mark.parametrize("gauge", ["barg", "bar(g)", "bar"])
+def test_a_pressure_difference_has_no_gauge_offset(gauge: str) -> None:
+    """5 bar(g) more than another pressure are 5 bar more; a pressure itself counts from 1 atm."""
+    assert to_si(f"5 {gauge}", "Pa", difference=True) == pytest.approx(5e5)
+    assert fault("pressure_a", "offset", value=f"5 {gauge}").values == {"value": 5e5}
+    assert fault("supply", "droop", drop=f"5 {gauge}").values == {"drop": 5e5}
+    absolute = 5e5 + 101325.0 * (gauge != "bar")
+    assert fault("supply", "loss", pressure=f"5 {gauge}").values == {"pressure": absolute}
 
 
 @pytest.mark.parametrize(("unit", "asked"), [("bar", True), ("bar(g)", False)])

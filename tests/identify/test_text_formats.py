@@ -1,6 +1,7 @@
 """Text as benches write it: separators, decimal commas, headers, units, clocks, encodings."""
 
 from collections.abc import Sequence
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from hil_emulator.errors import UserError
 from hil_emulator.identify.measured import reading
 from hil_emulator.identify.measured.data import load_experiments
+from hil_emulator.identify.measured.formats import rows
 
 COUNT = 120
 TIME = np.arange(COUNT) * 0.01
@@ -129,6 +131,35 @@ def test_a_clock_passes_midnight(tmp_path: Path) -> None:
     times = [f"{int(s // 3600) % 24:02d}:{int(s // 60) % 60:02d}:{s % 60:06.3f}" for s in seconds]
     file.write_text(lines(["clock,position [mm],load_force [N]"], ",", cells(times)))
     read(file)
+
+
+@pytest.mark.parametrize("begin", [
+    datetime(2026, 3, 4, 11, 59, 59, 400_000), datetime(2026, 2, 12, 23, 59, 59, 400_000),
+    datetime(2026, 2, 28, 23, 59, 59, 400_000), datetime(2026, 3, 4, 12, 59, 59, 400_000),
+    datetime(2026, 3, 4, 0, 59, 59, 400_000),
+])  # fmt: skip
+@pytest.mark.parametrize("form", ["{c} {h}", "{m}/{d}/{y} {c} {h}", "{y}-{m:02d}-{d:02d} {c} {h}"])
+def test_clocks_of_twelve_hours_go_on(tmp_path: Path, begin: datetime, form: str) -> None:
+    """AM and PM through noon, midnight and the hours after 12; in a US date the month is first."""
+    file, times = tmp_path / "log.csv", []
+    for t in TIME:
+        now = begin + timedelta(seconds=float(t))
+        clock = f"{(now.hour - 1) % 12 + 1}:{now:%M:%S}.{now.microsecond // 1000:03d}"
+        half = "AM" if now.hour < 12 else "PM"
+        times.append(form.format(c=clock, h=half, d=now.day, m=now.month, y=now.year))
+    file.write_text(lines(["stamp,position [mm],load_force [N]"], ",", cells(times)))
+    read(file)
+
+
+@pytest.mark.parametrize(
+    ("cell", "hour"),
+    [("12:30 AM", 0.5), ("12:30 p.m.", 12.5), ("1:30pm", 13.5), ("11:30 A.M.", 11.5),
+     ("13:30 PM", 13.5)],
+)  # fmt: skip
+def test_twelve_oclock_begins_a_half_day(cell: str, hour: float) -> None:
+    """12 AM is midnight, 12 PM is noon; a PM after a clock of 24 hours changes nothing."""
+    assert rows.moment(cell) == timedelta(hours=hour)
+    assert rows.moment(f"3/14/2026 {cell}") == datetime(2026, 3, 14) + timedelta(hours=hour)
 
 
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "latin-1", "utf-16"])

@@ -31,10 +31,12 @@ DAY = 86400.0
 
 _CLOCK = re.compile(r"^(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,]\d+)?))?$")
 _HALF_DAY = re.compile(r"(.*?\d)\s*([AaPp])\.?[Mm]\.?")
-_TWELVE = re.compile(r"(?:^|\s)12:\d{2}")
+_HOUR = re.compile(r"(?:^|[\sT])(\d{1,2}):\d{2}")
+_SLASHED = re.compile(r"^(\d{1,2})/(\d{1,2})/(?=\d{4}\D)")
+_SHORT_HOUR = re.compile(r"^(\d{4}-\d{2}-\d{2})[ T]+(\d):")
 _MILLISECONDS = re.compile(r"(:\d{2}:\d{2}):(\d{1,6})$")
 _DAY_FIRST = re.compile(
-    r"^(\d{1,2})[./](\d{1,2})[./](\d{4})[ T]+(\d{1,2}:\d{2}:\d{2}(?:[.,]\d+)?)$"
+    r"^(\d{1,2})[./](\d{1,2})[./](\d{4})[ T]+(\d{1,2})(:\d{2}(?::\d{2}(?:[.,]\d+)?)?)$"
 )
 _MISSING = ("", "nan", "n/a", "na", "#n/a", "null", "none", "-", "inf", "-inf")
 """What stands for a value that is missing, in lower case."""
@@ -200,23 +202,30 @@ def moment(cell: str) -> datetime | timedelta | None:
     if ":" not in text:
         return None
     if half := _HALF_DAY.fullmatch(text):
-        begun = moment(half[1])
-        if begun is None:
-            return None
-        noon = 12 * (half[2] in "pP") - 12 * bool(_TWELVE.search(half[1]))
-        return begun + timedelta(hours=noon)
+        return _of_half_day(half[1], afternoon=half[2] in "pP")
     text = _MILLISECONDS.sub(r"\1.\2", text)
     if clock := _CLOCK.match(text):
         hours, minutes, seconds = (float((g or "0").replace(",", ".")) for g in clock.groups())
         return timedelta(hours=hours, minutes=minutes, seconds=seconds)
     if date := _DAY_FIRST.match(text):
-        day, month, year, clock_time = date.groups()
+        day, month, year, hour, rest = date.groups()
         day, month = (month, day) if int(month) > 12 else (day, month)
-        text = f"{year}-{int(month):02d}-{int(day):02d}T{clock_time.zfill(8)}"
+        text = f"{year}-{int(month):02d}-{int(day):02d}T{int(hour):02d}{rest}"
+    text = _SHORT_HOUR.sub(r"\1T0\2:", text)
     try:
         return datetime.fromisoformat(text.replace(",", "."))
     except ValueError:
         return None
+
+
+def _of_half_day(text: str, *, afternoon: bool) -> datetime | timedelta | None:
+    """Return a time of day with AM or PM; a date with slashes has its month first, as in the US."""
+    begun, hour = moment(_SLASHED.sub(r"\2.\1.", text)), _HOUR.search(text)
+    if begun is None or hour is None:
+        return None
+    if afternoon:
+        return begun + timedelta(hours=12 * (int(hour[1]) < 12))
+    return begun - timedelta(hours=12 * (int(hour[1]) == 12))
 
 
 class _Cells:
