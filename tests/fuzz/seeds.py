@@ -32,13 +32,15 @@ def seeds(folder: Path, kinds: Iterable[str]) -> dict[str, list[bytes]]:
         exports.export(folder / "run.rec", folder / ending / f"run.{ending}")
         found[ending] = [(folder / ending / f"run.{ending}").read_bytes()]
     recorded = [(folder / "run.rec").read_bytes()]
-    sheets = [file.read_bytes() for file in sorted(SHEET.parent.glob("*.eds"))]
+    sheets = {file.stem: file.read_bytes() for file in sorted(SHEET.parent.glob("*.eds"))}
+    # what an I/O module reads is stated by a configuration: its sheet alone decodes no capture
+    decoding = [text for name, text in sheets.items() if name != "io_module"]
     times = b'{"run knee.toml:100": [1.5, 30.0], "plot": [1, null]}'
     found |= _databases(folder / "blf" / "run.dbc") | _result(folder / "found") | {
         "rec": recorded, "rec on the panel": recorded, "rec to identify": recorded,
         "toml": [(CONFIGS / f"hyq_{name}.toml").read_bytes() for name in ("knee", "leg")],
         "scenario": [f.read_bytes() for f in sorted((CONFIGS / "scenarios").glob("*.toml"))],
-        "eds": sheets, "dcf": sheets, "json": [(folder / "p.json").read_bytes()],
+        "eds": [*sheets.values()], "dcf": decoding, "json": [(folder / "p.json").read_bytes()],
         "profile": [_COURSE], "course": [_COURSE], "stimulus": [_STIMULUS],
         "sealed": _sealed(), "times.json": [times],
         "fmu": [_fmu(folder / "crane.fmu")],
