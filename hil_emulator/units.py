@@ -13,6 +13,9 @@ such unit comes: it takes longer than all the rest of a configuration.
 
 import math
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -77,6 +80,20 @@ _FACTORS = {
 
 ATMOSPHERE = 101_325.0
 """Pressure from which gauge pressures count [Pa] (standard atmosphere, ISO 2533)."""
+
+ROTARY = {
+    "m": "rad", "m/s": "rad/s", "m/s^2": "rad/s^2", "N": "N*m", "N*s/m": "N*m*s", "N/m": "N*m",
+    "kg": "kg*m^2", "m^2": "m^3",
+}  # fmt: skip
+"""Unit of a rotary axis for that of a linear one: 1 m of the model stands for 1 rad."""
+
+_rotary: ContextVar[bool] = ContextVar("rotary", default=False)
+
+_ANGLE = re.compile(r"rad|deg|°|turn|revolution|cycle|rpm|arcmin|arcsec")
+"""Units of angles, which others of the same dimension do not stand for: Hz, %."""
+
+_JOINED_TORQUE = re.compile(r"\bNm\b")
+"""Torque as people write it; without the star it is read as another unit."""
 
 _GAUGE = re.compile(
     r"(?P<unit>[kM]?Pa|m?bar|psi)(?:(?P<bare>[ga])|[\s_]*\(?\s*(?P<word>g|a|gauge|abs|rel)\s*\)?)"
@@ -148,6 +165,25 @@ def _absolute(unit: str) -> tuple[str, float]:
     return match["unit"], ATMOSPHERE if (match["bare"] or match["word"])[0] in "gr" else 0.0
 
 
+@contextmanager
+def axis(*, rotary: bool) -> Iterator[None]:
+    """Read quantities of a rotary axis in the block: angles along the rod, torques, inertias."""
+    token = _rotary.set(rotary)
+    try:
+        yield
+    finally:
+        _rotary.reset(token)
+
+
+def _turned(quantity: "pint.Quantity[float]", written: str, unit: str) -> float | None:
+    """Return the value of a rotary quantity for a linear unit; None if it is no such quantity."""
+    rotary = ROTARY.get(unit) if _rotary.get() else None
+    angle = rotary in ("rad", "rad/s", "rad/s^2")
+    if rotary is None or (angle and not _ANGLE.search(written)):
+        return None
+    return float(quantity.to(rotary).magnitude) if quantity.is_compatible_with(rotary) else None
+
+
 class _OtherDimensionError(ValueError):
     """A quantity is one of something else; its text is a word for that."""
 
@@ -162,6 +198,8 @@ def _value(text: str, unit: str, *, difference: bool = False) -> float:
     if unit == "Pa" and (above := _WITH_REFERENCE.fullmatch(text)):
         plain, atmosphere = _absolute(above[2])
         return _value(f"{above[1]} {plain}", unit) + (0.0 if difference else atmosphere)
+    if _rotary.get():
+        text = _JOINED_TORQUE.sub("N*m", text)
     number, written = _parts(text)
     known = _FACTORS.get(unit, {}).get(written)
     if known is not None:
@@ -169,6 +207,9 @@ def _value(text: str, unit: str, *, difference: bool = False) -> float:
     quantity = _read(text)
     if quantity.is_compatible_with(unit):
         return float(quantity.to(unit).magnitude)
+    turned = _turned(quantity, written, unit)
+    if turned is not None:
+        return turned
     raise _OtherDimensionError(
         "plain number" if quantity.unitless else _measured(quantity, str(quantity.units))
     )

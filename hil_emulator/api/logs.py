@@ -19,6 +19,7 @@ from hil_emulator.identify.measured.reading import MeasuredFile, digest_of, reco
 from hil_emulator.identify.measured.stated import Stated
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.recording import SUFFIX, journal
+from hil_emulator.units import axis
 
 ENDINGS = (*formats.ENDINGS, SUFFIX, *log_endings.SUFFIXES)
 """Endings of files that can be examined."""
@@ -74,7 +75,7 @@ def experiments(files: Sequence[Path], config: Configuration, meaning: Meaning) 
             experiments_read += experiments_of(_journal(file, config))
             continue
         digest = digest_of(file)
-        with plain(file) as inner:
+        with plain(file) as inner, axis(rotary=config.rotary):
             experiments_read += experiments_of(_measured(file, inner, digest, described, meaning))
     return experiments_read
 

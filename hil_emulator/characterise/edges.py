@@ -12,8 +12,8 @@ import numpy as np
 from hil_emulator.characterise.result import Series
 from hil_emulator.characterise.stand import Bench
 
-_FAR = 3.0
-"""Widths of its transition in which a loop has changed its side (5 % of it left)."""
+_FAR = 6.0
+"""Widths of its transition in which a loop has changed its side (0.2 % of it left)."""
 
 _ABOUT, _WITHIN = 3.0, 0.4
 """Widths of the null that a sweep about it takes in, without and with a dead band, which is about

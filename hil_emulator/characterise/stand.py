@@ -14,12 +14,9 @@ from numpy.typing import ArrayLike
 from hil_emulator.characterise.result import Series
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.plant import Plant
-from hil_emulator.model.rating import REFERENCE_CURRENT
+from hil_emulator.model.rating import rated_current
 from hil_emulator.model.sampling import Sensors
 from hil_emulator.model.smoothed import FRICTION_OF_SPOOL
-
-_FULLY_OPEN = ("spool_stops_limit", "current_saturation_limit")
-"""Fields that hold the current of full opening; the stops are there unless stated elsewhere."""
 
 _CLAMPED = {"load_mass": 1e12}  # the largest force moves it by less than 1 um in a minute
 SMALL_CHAMBERS = {
@@ -205,5 +202,4 @@ class Bench:
     @property
     def rated_current(self) -> float:
         """Current that opens the valve fully [A]."""
-        limits = (self.values.get(f, np.inf) for f in _FULLY_OPEN)
-        return next((float(limit) for limit in limits if np.isfinite(limit)), REFERENCE_CURRENT)
+        return rated_current(self.values)

@@ -84,6 +84,7 @@ def configuration(
         bench=described(checked.bench),
         fmu=fmu,
         partners=partners,
+        rotary=rig.motion == "rotary",
     )
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from hil_emulator.config.configuration import Configuration
 from hil_emulator.model.actuator import PARAMS
 from hil_emulator.model.declare import Param, is_on
+from hil_emulator.model.rating import REFERENCE_CURRENT, sized
 
 
 def moved_defaults(config: Configuration) -> dict[str, float]:
@@ -22,11 +23,14 @@ def moved_defaults(config: Configuration) -> dict[str, float]:
 
 def _defaults(config: Configuration) -> Iterator[tuple[str, Param]]:
     """Yield the parameters that no file states and that act, with their fields."""
-    fields = [(f"{table}_{p.name}", p) for table, params in PARAMS.items() for p in params]
+    rated = config.rated_current or REFERENCE_CURRENT
+    fields = [(f"{table}_{p.name}", table, p) for table, params in PARAMS.items() for p in params]
     for effect in config.effects:
         if is_on(effect, config.plant.get(effect.field_of(effect.knob), effect.off)):
-            fields += [(effect.field_of(p), p) for p in effect.shape]
-    yield from ((f, p) for f, p in fields if p.default is not None and f not in config.stated)
+            fields += [(effect.field_of(p), effect.stage.table, p) for p in effect.shape]
+    for field, table, param in fields:
+        if param.default is not None and field not in config.stated:
+            yield field, sized(param, table, rated)
 
 
 def _moved(value: float, param: Param) -> float:

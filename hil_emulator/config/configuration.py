@@ -23,6 +23,7 @@ class Configuration:
         steps: integration steps per tick.
         seed: seed of the sensor noise.
         late: reaction to a late tick: "count" it or "stop" the run.
+        rotary: whether 1 m of the model stands for 1 rad.
         not_finite: reaction to a state that is not finite: "stop" the run, or "reset" the model.
         sync_period_ns: time that one SYNC stands for under the follow-SYNC clock [ns].
         bus: arguments of `can.Bus`.
@@ -70,3 +71,4 @@ class Configuration:
     tolerances: Mapping[str, float] = field(default_factory=dict)
     fmu: FmuSettings | None = None
     partners: tuple[PartnerSettings, ...] = ()
+    rotary: bool = False

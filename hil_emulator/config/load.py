@@ -1,7 +1,8 @@
 """Reading of files into a `Configuration`, or into one message with every mistake."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -14,6 +15,7 @@ from hil_emulator.config.rated_current import KEY, rated_current
 from hil_emulator.config.schema import schema
 from hil_emulator.config.toml_file import read_text
 from hil_emulator.errors import UserError
+from hil_emulator.units import axis
 
 __all__ = [
     "Configuration",
@@ -64,10 +66,17 @@ def load_texts(
     model = schema(layers.effects, kind, on_bus=on_bus and kind.whole)
     try:
         context = {KEY: rated_current(layers.merged)}
-        checked = model.model_validate(layers.merged, context=context)
+        with axis(rotary=_is_rotary(layers.merged)):
+            checked = model.model_validate(layers.merged, context=context)
     except ValidationError as error:
         raise UserError(describe(error, model, layers.merged, layers.origin, files)) from None
     return configuration(checked, layers, files, texts)
+
+
+def _is_rotary(merged: Mapping[str, Any]) -> bool:
+    """Return whether unchecked tables describe a rotary axis."""
+    rig = merged.get("rig")
+    return isinstance(rig, Mapping) and rig.get("motion") == "rotary"
 
 
 def load_whole(files: Sequence[Path]) -> Configuration:

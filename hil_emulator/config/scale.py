@@ -6,6 +6,7 @@ points = { "5530" = "0 bar", "27648" = "250 bar" }                  # in digits
 range = ["0 mA", "24 mA"]                                           # where the module saturates
 """
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -54,6 +55,8 @@ def _two_points(points: Any, digit: Any, unit: str) -> tuple[dict[str, Any], End
     (low, first), (high, second) = (
         (_digits(key, digit), to_si(value, unit)) for key, value in points.items()
     )
+    if not math.isfinite(first) or not math.isfinite(second):
+        raise ValueError("points are finite values")
     if low == high or first == second:
         raise ValueError("points are the same in digits or in value; give two different ones")
     factor = (second - first) / (high - low)
@@ -72,9 +75,13 @@ def _range(ends: Any, digit: Any) -> Ends:
 
 def _digits(text: Any, digit: Any) -> float:
     """Return a number of digits: a quantity is counted in `digit`, without it a plain number."""
-    if digit is not None:
-        return count(text, str(digit))
     try:
-        return float(text)
-    except (TypeError, ValueError):
-        raise ValueError(f'{brief(text)} is a number of digits, or give digits = "1 uA"') from None
+        number = float(text) if digit is None else count(text, str(digit))
+    except (TypeError, ValueError) as error:
+        if digit is not None:
+            raise
+        way = 'is a number of digits, or give digits = "1 uA"'
+        raise ValueError(f"{brief(text)} {way}") from error
+    if not math.isfinite(number):
+        raise ValueError(f"{brief(text)} is not finite")
+    return number

@@ -48,6 +48,8 @@ class RigTable(DescribedTable):
     not_finite: Literal["stop", "reset"] = "stop"
     """what happens if a state is not finite: stop the run, or reset the model"""
     sync_period: Annotated[float, QuantityReader(SYNC_PERIOD)] = SYNC_PERIOD.typical
+    motion: Literal["linear", "rotary"] = "linear"
+    """`rotary`: a shaft, whose quantities are angles (rad), torques (N*m) and inertias (kg*m^2)"""
 
     @model_validator(mode="after")
     def _whole_steps(self) -> "RigTable":

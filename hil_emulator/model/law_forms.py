@@ -29,12 +29,15 @@ class ModelRun:
 
     Attributes:
         signals: along it, each of shape (samples,).
-        plant: parameters.
+        plant: its parameters.
+        configured: parameters that state how wide a difference reaches: those of a run follow a
+            fit, and would take the differences along.
 
     """
 
     signals: Mapping[str, Array]
     plant: Mapping[str, float]
+    configured: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -66,14 +69,15 @@ def laminar_transition(run: ModelRun) -> Terms:
     With x = u sqrt(dp) and s = T/x, the model passes q = K x (1 + s⁴)^(-1/4), resistances in series
     K x/(sqrt(1 + s²/4) + s/2). x follows from the flow of the model: x⁸ - (q/K)⁴ (x⁴ + T⁴) = 0.
     """
-    turbulent = max(transition(SimpleNamespace(**run.plant), 1.0), 1e-12)
+    now, usual = (max(transition(SimpleNamespace(**values), 1.0), 1e-12)
+                  for values in (run.plant, run.configured))  # fmt: skip
     terms = {}
     for balance, name in ((FLOW_A, "flow_a"), (FLOW_B, "flow_b")):
         flow = run.signals[name]
-        y = (flow / (run.plant["valve_gain"] * turbulent)) ** 4
+        y = (flow / (run.plant["valve_gain"] * now)) ** 4
         s = np.maximum(0.5 * (y + np.sqrt(y * y + 4.0 * y)), 1e-24) ** -0.25
+        whole, s = (1.0 + s**4) ** 0.25 * flow, s * usual / now
         series = [_in_series(wide * s) for wide in (1.0, 3.0)]
-        whole = (1.0 + s**4) ** 0.25 * flow
         change = np.column_stack([series[0] - (1.0 + s**4) ** -0.25, series[1] - series[0]])
         terms[balance] = RESISTANCES_IN_SERIES * whole[:, None] * change
     return terms
@@ -90,7 +94,7 @@ AT_REST = ((0.3, 0.5), (1.5, 0.5), (5.0, 0.1))
 
 def friction_at_rest(run: ModelRun) -> Terms:
     """Return how dry friction by another law differs at rest and in reversal."""
-    speed = np.abs(run.signals["velocity"]) / run.plant["friction_transition_velocity"]
+    speed = np.abs(run.signals["velocity"]) / run.configured["friction_transition_velocity"]
     fading = np.column_stack([share * np.exp(-speed / width) for width, share in AT_REST])
     return {PISTON: run.signals["friction_force"][:, None] * fading}
 

@@ -33,7 +33,7 @@ PARAMS: dict[str, tuple[Param, ...]] = {
                      "worn edge has other ones, and a model by the root alone has 0",
               spread=factor(3.0), power=1.5),
         Param("slot_per_ampere", "m/A", "height of an edge's slot per ampere of spool travel",
-              0.025, 1e-3, 1.0, default=0.025, source="0.25 mm at the rated current, assumed",
+              0.025, 1e-4, 1.0, default=0.025, source="0.25 mm at the rated current, assumed",
               spread=factor(2.0)),
         Param("laminar_width", "Pa", "least pressure difference below which the integration takes "
               "an edge for laminar, whatever its Reynolds number", 1e5, 1e3, 20e5, "bar",

@@ -1,5 +1,7 @@
 """Currents of a valve relative to its rated current: bounds, typical sizes and defaults."""
 
+import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 from hil_emulator.model.declare import Param
@@ -10,6 +12,9 @@ REFERENCE_CURRENT = 0.01
 
 TABLES = ("valve", "driver")
 """The configuration tables whose currents are relative to the rated current."""
+
+_FULLY_OPEN = ("spool_stops_limit", "current_saturation_limit")
+"""Fields that hold the current of full opening; the stops are there unless stated elsewhere."""
 
 _POWERS = {"A": 1, "A/s": 1, "m/A": -1}
 
@@ -36,3 +41,19 @@ def at_rated_current(param: Param, rated: float) -> Param:
         param, typical=times * param.typical, low=times * param.low, high=times * param.high,
         default=None if param.default is None else times * param.default,
     )  # fmt: skip
+
+
+def sized(param: Param, table: str, rated: float) -> Param:
+    """Return a declaration of a table as it is at a rated current [A]."""
+    return at_rated_current(param, rated) if table in TABLES else param
+
+
+def rated_current(values: Mapping[str, float]) -> float:
+    """Return the current of full opening [A]: where the spool has its stops, or the driver ends.
+
+    Args:
+        values: parameters by field name, SI; without both it is the reference's.
+
+    """
+    limits = (values.get(field, math.inf) for field in _FULLY_OPEN)
+    return next((float(limit) for limit in limits if math.isfinite(limit)), REFERENCE_CURRENT)

@@ -43,6 +43,10 @@ def _bind(dictionary: Dictionary, entry: Entry, binding: ObjectSettings) -> None
         scale = Scale(binding.unit, binding.factor, binding.offset)
     dictionary.assign(entry, binding.signal, scale)
     if binding.bit is not None:
+        if entry.type.kind != "integer" or binding.bit >= entry.type.bits:
+            raise UserError(
+                f"{dictionary.source} {binding.where}: a {entry.type.name} has no bit {binding.bit}"
+            )
         entry.mask = 1 << binding.bit
     if binding.ends is None:
         return

@@ -21,10 +21,12 @@ def test_defaults_move_by_their_spread_and_stated_values_stay(tmp_path: Path) ->
     assert "valve_laminar_width" not in moved  # a setting
     assert "hysteresis_transition" not in moved  # of an effect that is off
     file = tmp_path / "stated.toml"
-    file.write_text('[valve]\ncritical_reynolds_number = 20\nhysteresis = "3 %"\n')
+    text = '[valve]\ncritical_reynolds_number = 20\nhysteresis = "3 %"\nrated_current = "1.6 A"\n'
+    file.write_text(text + 'current_saturation = "100 %"\nspool_rate_limit = "500 A/s"\n')
     moved = moved_defaults(load([REFERENCE, file]))
     assert "valve_critical_reynolds_number" not in moved
-    assert moved["hysteresis_transition"] == pytest.approx(2 * 2e-4)
+    assert moved["hysteresis_transition"] == pytest.approx(2 * 0.02 * 1.6)
+    assert moved["valve_slot_per_ampere"] == pytest.approx(2 * 0.25e-3 / 1.6)
 
 
 def test_a_number_rests_on_what_moves_it_by_more_than_a_tenth() -> None:

@@ -12,6 +12,8 @@ from hil_emulator.__main__ import main
 from hil_emulator.commands.export_fmu import actuator_of
 from hil_emulator.config.load import load
 from hil_emulator.fmi.exporting.archive import contents
+from hil_emulator.fmi.exporting.variables import variables
+from hil_emulator.model.kernel import build
 from hil_emulator.model.plant import Plant
 from hil_emulator.platform.paths import cache_folder, shipped
 from hil_emulator.simulation.active_effects import acting
@@ -153,3 +155,21 @@ def test_the_windows_library_exports_the_interface(tmp_path: Path) -> None:
         binary = archive.read(found[0])
     assert binary[:2] == b"MZ"
     assert b"DoStep\0" in binary
+
+
+def test_bounds_of_a_solenoids_currents_hold_its_values(tmp_path: Path) -> None:
+    """Of 1.6 A: 64 mA of hysteresis within 0 and 0.32 A, and every start within its bounds."""
+    file = tmp_path / "solenoid.toml"
+    file.write_text(
+        '[valve]\nnominal_flow = "40 l/min"\nrated_current = "1.6 A"\nhysteresis = "4 %"\n'
+        'pressure_drop_per_edge = "5 bar"\ncurrent_saturation = "100 %"\n'
+        'spool_rate_limit = "500 A/s"\n',
+        encoding="utf-8",
+    )
+    actuator = actuator_of(load([KNEE, file]), "solenoid")
+    rows = variables(actuator, build(actuator.effects, compiled=False))
+    (width,) = (v for v in rows if v.name == "valve.hysteresis.width")
+    assert (width.low, width.start, width.high) == pytest.approx((0.0, 0.064, 0.32))
+    for v in rows:
+        if v.start is not None:
+            assert v.low <= v.start <= v.high, v.name

@@ -47,7 +47,8 @@ def test_the_first_jacobian_holds_no_noise() -> None:
         return np.nan_to_num(found.ravel())
 
     exact = (innovations(SMALL) - innovations(-SMALL)) / (2.0 * SMALL)
-    assert np.linalg.norm(column - exact) < 0.02 * np.linalg.norm(exact)
+    exact = observer.integrated_out(fitter.frozen[0], exact)
+    assert np.linalg.norm(column - exact) < 0.05 * np.linalg.norm(exact)
 
 
 @pytest.mark.parametrize(("at", "step"), [(-2.0, DIFFERENCE), (-1.0, 2e-6)])

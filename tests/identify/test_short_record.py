@@ -2,8 +2,11 @@
 
 import pytest
 
+from hil_emulator.identify.conclusion.record_limits import doubt_haste
+from hil_emulator.identify.conclusion.result import Result, Verdict
+from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.session import identify
-from tests.identify.rig_data import CACHE, knee, recorded
+from tests.identify.rig_data import CACHE, INSTRUMENTS, knee, knee_model, recorded
 
 
 @pytest.mark.slow
@@ -17,3 +20,15 @@ def test_a_second_names_nothing() -> None:
     assert "1 s are too short" in found.reason
     assert "internal_leakage" in found.reason
     assert "record 2 s or more" in found.reason
+
+
+@pytest.mark.parametrize(
+    ("verdict", "limited"),
+    [("disagrees", "cannot_tell"), ("unknown_effect", "cannot_tell"), ("agrees", "agrees")],
+)  # fmt: skip
+def test_gap_and_identify_doubt_a_short_record_alike(verdict: Verdict, limited: Verdict) -> None:
+    """What `gap` calls a disagreement is as doubtful on a second of data as a name is."""
+    result = Result(verdict, "the model leaves 2 bar")
+    second = recorded({}, "steps", 1, 1.0)
+    doubt_haste(result, Observer(knee_model(), INSTRUMENTS), [second])
+    assert result.verdict == limited

@@ -94,3 +94,25 @@ def test_check_says_no_warning(capsys: pytest.CaptureFixture[str]) -> None:
     for name in WORKED:
         check([packaged()[name]])
     assert "warning" not in capsys.readouterr().out
+
+
+def test_a_lift_shows_its_friction_as_the_rig_of_the_document_does(model: Kernel) -> None:
+    """F_f = p_a A - m (g + a), the rod side at the tank, is B v + F_c at steady speed (S2 eq. 8).
+
+    The supply pressure is commanded; each one gives a speed, and a load too heavy stays below.
+    """
+    config = load_rig([packaged()["single_acting_lift"]])
+    assert config.step <= required_step(model, config.plant)
+    area, speeds = 12.57e-4, []
+    for pressure in (25e5, 36e5, 44e5):
+        plant = Plant(model, config.plant | {"supply_pressure": pressure}, config.step)
+        plant.inputs.valve_current = 10e-3
+        plant.step(round(0.8 / config.step))
+        s = plant.signals
+        speeds.append(s.velocity)
+        friction = s.pressure_a * area - 400.0 * (9.80665 + s.acceleration)
+        if pressure > 30e5:
+            expected = 3000.0 * s.velocity + 250.0 + 150.0 * math.exp(-s.velocity / 0.01)
+            assert friction == pytest.approx(expected, rel=0.03)
+    assert speeds[0] == pytest.approx(0.0, abs=1e-3)
+    assert 0.05 < speeds[1] < speeds[2]

@@ -46,7 +46,7 @@ def test_a_term_leads_to_resistances_in_series(name: str, balance: str) -> None:
     model, series = flows(openings, 70e5)
     for sense in (1.0, -1.0):
         signals = {"flow_a": sense * model, "flow_b": sense * model}
-        change = laminar_transition(ModelRun(signals, PLANT))[balance][:, 0]
+        change = laminar_transition(ModelRun(signals, PLANT, PLANT))[balance][:, 0]
         reached = signals[name] + change / RESISTANCES_IN_SERIES
         np.testing.assert_allclose(reached, sense * series, rtol=1e-9)
 
@@ -55,7 +55,7 @@ def test_forms_agree_far_from_where_they_bend() -> None:
     """At the full opening, forms of the edge differ by less than 3 %; without flow, not at all."""
     model, _ = flows(np.array([1e-2]), 100e5)
     signals = {"flow_a": np.array([0.0, *model]), "flow_b": np.array([0.0, *model])}
-    terms = laminar_transition(ModelRun(signals, PLANT))[FLOW_A]
+    terms = laminar_transition(ModelRun(signals, PLANT, PLANT))[FLOW_A]
     np.testing.assert_array_equal(terms[0], 0.0)
     assert np.all(np.abs(terms[1]) < 0.03 * model[0])
 

@@ -214,9 +214,13 @@ PRESSURE = '{ channel = "pressure_a", '
         (PRESSURE + 'unit = "bar", range = [3, 2] }', "the first end is the lower one"),
         (PRESSURE + 'unit = "bar", range = [0, 40000] }', "does not hold 0 to 40000 digits"),
         (PRESSURE + 'unit = "bar", bit = 1 }', "unknown key 'bit'"),
+        (PRESSURE + 'unit = "bar", range = [0, inf] }', "inf is not finite"),
+        (PRESSURE + 'unit = "bar", range = ["0", []] }', "is a number of digits"),
+        (PRESSURE + 'points = { "0" = "0 bar", "9" = "inf bar" } }', "points are finite"),
         (PRESSURE + 'digits = "1 uA" }', "digits belongs to points"),
         (PRESSURE + 'unit = "0 bar" }', "a finite quantity, not 0"),
         ('{ command = "valve_enable", bit = 32 }', "a bit of valve_enable, 0 to 31"),
+        ('{ command = "valve_enable", bit = 16 }', "a INTEGER16 has no bit 16"),
         ('{ command = "valve_enable", bit = 1 }', "act on valve_current of the same node"),
     ],
 )

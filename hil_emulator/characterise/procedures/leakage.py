@@ -36,7 +36,7 @@ def _steady(bench: Bench, below: float, current: Series) -> tuple[Series, ...]:
     clamped = bench.clamped(keep=("internal_leakage", "external_leakage"))
     # what leaks does not depend on the chambers' volumes; small ones settle in every machine
     stand = bench.stand(ideal | clamped | SMALL_CHAMBERS)
-    stand.drive(np.full(round(_HELD / stand.period), below))
+    stand.drive(np.linspace(below, current[0], round(_HELD / stand.period)))
     rows = []
     for value in current:
         seen = stand.drive(np.full(round(_HELD / stand.period), value)).after(_HELD - _AVERAGED)

@@ -8,8 +8,8 @@ whose slope at null is K_p = (p_s - p_t) a'(0)/a(0): for laminar as for turbulen
 depend on the product of opening and root of the drop alone. a(0)/a'(0) is the opening at null of an
 underlap, the clearance of leaking lands, and with an overlap of these twice the overlap more. Both
 sweeps of the sine together cancel the lag of the 10 ms that the ports need. Where hysteresis or
-threshold part them, the sine is so wide that the spool stands on one side of its loop at null, and
-each sweep has a null and a slope of its own, of which the mean is taken.
+threshold part them, a ramp goes through either null instead, from so far that the spool stands on
+one side of its loop, and the mean of both slopes is taken.
 """
 
 import math
@@ -29,12 +29,13 @@ from hil_emulator.characterise.result import (
     Series,
     column,
 )
-from hil_emulator.characterise.stand import Bench
+from hil_emulator.characterise.stand import Bench, Stand
 from hil_emulator.pages.palette import BLACK, BLUE, VERMILION
 
 DOCUMENT_SENSITIVITY = 5.7e11
 """K_pa, about the magnitude of K_pb [Pa/A] (S1 3.5.1)."""
-_SWEEP = 20.0  # period of the sine [s]
+_SWEEP = 20.0  # period of the sine, and twice the time of a ramp [s]
+_BEHIND, _WAITS = 1.0, 4.0  # way to a ramp's beginning, and time for tight lands to fill ports [s]
 _WIDE = 0.05  # amplitude of the sweep that looks for the null, part of the rated current
 _NEAR_NULL = 0.3  # part of the width of the null over which the slope is fitted
 _PLUG = 2e-7
@@ -46,11 +47,16 @@ _TIGHT = "pressure sensitivity: edges closed at null have no finite one; give la
 _KEPT = slice(None, None, 10)  # of the readings, in the table
 
 
-def _sweep(bench: Bench, centre: float, amplitude: float) -> tuple[Series, Series, Series]:
-    """Return current [A] and the readings of both pressures [Pa] over one period."""
+def _blocked(bench: Bench) -> Stand:
+    """Return the valve with plugged ports."""
     plug = _PLUG * max(1.0, bench.valve_size)
     plugs = {"cylinder_dead_volume_a": plug, "cylinder_dead_volume_b": plug}
-    stand = bench.stand(bench.off("supply", "tank") | bench.blocked() | plugs)
+    return bench.stand(bench.off("supply", "tank") | bench.blocked() | plugs)
+
+
+def _sweep(bench: Bench, centre: float, amplitude: float) -> tuple[Series, Series, Series]:
+    """Return current [A] and the readings of both pressures [Pa] over one period."""
+    stand = _blocked(bench)
     time = np.arange(0.0, 1.25 * _SWEEP, stand.period)
     current = centre + amplitude * np.sin(2.0 * math.pi * time / _SWEEP)
     seen = stand.drive(current).readings
@@ -77,25 +83,44 @@ def _crossing(current: Series, difference: Series) -> float:
     return float(np.interp(0.0, smooth, current[order][half:-half]))
 
 
+def _nulls(bench: Bench) -> list[float]:
+    """Return the null of the rising and of the falling current; one where they are the same [A]."""
+    wide = _WIDE * bench.rated_current + loop_reach(bench)
+    current, p_a, p_b = _sweep(bench, 0.0, wide)
+    rising = np.gradient(current) > 0.0
+    sides = (rising, ~rising) if loop(bench) else (np.ones_like(rising),)
+    return [_crossing(current[side], (p_a - p_b)[side]) for side in sides]
+
+
 def find_null(bench: Bench) -> float:
     """Return the current at which both blocked ports hold the same pressure [A]."""
-    current, p_a, p_b = _sweep(bench, 0.0, _WIDE * bench.rated_current + loop_reach(bench))
-    return _crossing(current, p_a - p_b)
+    return float(np.mean(_nulls(bench)))
 
 
-def _slopes(
-    current: Series, p_a: Series, p_b: Series, width: float, *, apart: bool
-) -> tuple[float, float]:
-    """Return the slopes of both pressures at null [Pa/A], of each sweep by itself if apart."""
-    rising = np.gradient(current) > 0.0
-    sweeps = (rising, ~rising) if apart else (np.ones_like(rising),)
-    slopes = []
-    for sweep in sweeps:
-        u, a, b = current[sweep], p_a[sweep], p_b[sweep]
-        null = _crossing(u, a - b)
-        slopes.append([_slope(u, p, null, _NEAR_NULL * width) for p in (a, b)])
-    k_pa, k_pb = np.mean(slopes, axis=0)
-    return float(k_pa), float(k_pb)
+def _ramp(bench: Bench, centre: float, by: float, reach: float) -> tuple[Series, Series, Series]:
+    """Return what `_sweep` does over a ramp from centre - by to centre + by.
+
+    It comes from so far behind that the spool stands on one side of its loop, and without a step,
+    after which the spool would overshoot and stick.
+    """
+    stand = _blocked(bench)
+    count = round(0.5 * _SWEEP / stand.period)
+    start = centre - by
+    from_far = np.linspace(start - math.copysign(reach, by), start, round(_BEHIND / stand.period))
+    waiting = np.full(round(_WAITS / stand.period), start)
+    current = np.concatenate([from_far, waiting, np.linspace(start, centre + by, count)])
+    seen = stand.drive(current).readings
+    ramp = slice(-count, None)
+    return current[ramp], seen["pressure_a"][ramp], seen["pressure_b"][ramp]
+
+
+def _sweeps(bench: Bench, amplitude: float) -> list[tuple[Series, Series, Series]]:
+    """Return a sweep about null, or one for each side of the spool's loop."""
+    nulls = _nulls(bench)
+    if len(nulls) == 1:
+        return [_sweep(bench, nulls[0], amplitude)]
+    sides = zip((amplitude, -amplitude), nulls, strict=True)
+    return [_ramp(bench, null, by, loop_reach(bench)) for by, null in sides]
 
 
 def _comparisons(bench: Bench, k_pa: float, k_pb: float) -> list[Comparison]:
@@ -133,15 +158,21 @@ def run(bench: Bench) -> BenchResult:
     """Measure both port pressures around null with the pressure sensors."""
     tight = Edges.of(bench).null_width == 0.0
     width = Edges.of(bench).null_width or 1e-3 * bench.rated_current
-    amplitude = (Edges.of(bench).about_null or width) + loop_reach(bench)
-    current, p_a, p_b = _sweep(bench, find_null(bench), amplitude)
-    null = _crossing(current, p_a - p_b)
-    k_pa, k_pb = _slopes(current, p_a, p_b, width, apart=loop(bench) > 0.0)
+    sweeps = _sweeps(bench, Edges.of(bench).about_null or 3.0 * width)
+    nulls = [_crossing(u, a - b) for u, a, b in sweeps]
+    null = float(np.mean(nulls))
+    k_pa, k_pb = (
+        float(np.mean([_slope(s[0], s[i], n, _NEAR_NULL * width)
+                       for s, n in zip(sweeps, nulls, strict=True)]))
+        for i in (1, 2)
+    )  # fmt: skip
+    current, p_a, p_b = (np.concatenate(series) for series in zip(*sweeps, strict=True))
     return BenchResult(
         name=TEST.name,
         title=TEST.title,
         procedure=(
-            f"Both ports blocked, the current on a sine of {1 / _SWEEP:.2f} Hz around null. "
+            f"Both ports blocked, the current on a sine of {1 / _SWEEP:.2f} Hz around null, or on "
+            "a ramp through either null of a valve with hysteresis or threshold. "
             "The slope is that of a smooth curve through the readings of both sweeps at null."
         ),
         columns={

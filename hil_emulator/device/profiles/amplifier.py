@@ -48,7 +48,7 @@ class Amplifier:
         self._current = 0.0
         self._last_ns = 0
         self.sources = {
-            (entry.index, entry.subindex): what
+            (entry.index, entry.subindex): f"{what} of {SET_POINT}"
             for entry, what in ((self._enable, "enable"), (self._ramp_time, "ramp time"))
             if entry is not None
         }

@@ -13,6 +13,7 @@ from hil_emulator.model import quantities
 from hil_emulator.model.declare import Effect, Param
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.layout import fill
+from hil_emulator.model.rating import rated_current, sized
 from hil_emulator.model.sensors import CHANNELS, Channel
 
 AT_START = "initial_position"
@@ -64,17 +65,24 @@ def variables(actuator: Exported, kernel: Kernel) -> list[Variable]:
 
 def _parameters(actuator: Exported, kernel: Kernel) -> Iterator[Variable]:
     starts = fill(kernel.parameters, kernel.effects, actuator.values)
+    rated = rated_current(actuator.values)
     declared: dict[str, tuple[str, Param]] = {
-        f"{table}_{p.name}": (f"{table}.{p.name}", p)
+        f"{table}_{p.name}": (f"{table}.{p.name}", sized(p, table, rated))
         for table, params in quantities.PARAMS.items()
         for p in params
     }
-    declared |= {e.field_of(p): (_in_table(e, p), p) for e in kernel.effects for p in e.params}
+    declared |= {
+        e.field_of(p): (_in_table(e, p), sized(p, e.stage.table, rated))
+        for e in kernel.effects
+        for p in e.params
+    }
     for place, field in enumerate(kernel.parameters.names or ()):
         name, p = declared[field]
+        start = float(starts[place])
+        # what an effect that is off has besides is that of the reference's valve
         yield Variable(
             name, place, "parameter", "fixed" if field == AT_START else "tunable", p.unit,
-            p.display_unit, p.meaning, float(starts[place]), p.low, p.high,
+            p.display_unit, p.meaning, start, min(p.low, start), max(p.high, start),
         )  # fmt: skip
 
 

@@ -14,6 +14,9 @@ from hil_emulator.identify.selection.certainty import hardly_believed
 
 ADVICE = "log valve_current at the rate at which it is set, or state its course with --set-points"
 
+DOUBTED = ("missing_effects", "unknown_effect", "disagrees")
+"""Verdicts that a short record may give by chance."""
+
 SHORTEST = 2.0
 """Shortest record of a moving actuator for a name [s] (assumed). Of 12 healthy machines with a
 drifting null, recorded for a second, 2 got a name: `python -m tests.studies.logs.short_records 1`.
@@ -91,7 +94,7 @@ def doubt_haste(result: Result, predictor: Predictor, experiments: Sequence[Expe
     """
     seconds = sum(e.samples * e.period for e in experiments)
     hasty = isinstance(predictor, Observer) and seconds < SHORTEST
-    if not hasty or result.verdict not in ("missing_effects", "unknown_effect"):
+    if not hasty or result.verdict not in DOUBTED:
         return
     if result.search is not None and result.search.told is not None:
         result.final_at = result.search.told.at

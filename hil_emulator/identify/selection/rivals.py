@@ -19,7 +19,7 @@ import numpy as np
 from hil_emulator.identify.estimation.clusters import UNCORRELATED, Clusters
 from hil_emulator.identify.estimation.excerpt import Excerpt
 from hil_emulator.identify.estimation.fit import Fit
-from hil_emulator.identify.estimation.map_fit import Fitter
+from hil_emulator.identify.estimation.map_fit import LEAST_GAIN, Fitter
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.evidence import Trial
@@ -275,6 +275,7 @@ def _explained(fitter: Fitter, final: Fit, named: str, rival: StandIn) -> tuple[
         at = stands_in.at
     right = fitter.fit(final.coordinates, final.at, STAND_IN_ITERATIONS)
     without = fitter.fit(rest, right.at[stays], STAND_IN_ITERATIONS)
-    most = without.chi2 - right.chi2
-    part = (without.chi2 - stands_in.chi2) / most if most > 0.0 else 0.0
+    # with the rival's gains the named effect may explain nothing: the rival explains far more then
+    most = max(without.chi2 - right.chi2, LEAST_GAIN)
+    part = (without.chi2 - stands_in.chi2) / most
     return part, at[len(rest) :]

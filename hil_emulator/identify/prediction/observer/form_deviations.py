@@ -18,8 +18,10 @@ def columns(predictor: Predictor, frozen: Frozen, par: Array, chan: Array) -> Ar
     """
     path = predictor.innovations(frozen, par, chan, track=True)[1]
     signals = {name: path[:, i] for i, name in enumerate(predictor.model.signal_names)}
-    plant = dict(zip(predictor.model.kernel.parameters.names or (), par.tolist(), strict=True))
-    run = ModelRun(signals, plant)
+    names = predictor.model.kernel.parameters.names or ()
+    plant = dict(zip(names, par.tolist(), strict=True))
+    usual = dict(zip(names, predictor.model.par.tolist(), strict=True))
+    run = ModelRun(signals, plant, usual)
     balances = {b.name: b for b in predictor.balances if not b.channel}
     changes = [np.zeros((0, frozen.data.measured.size))]
     for form in (f for f in FORMS if set(f.balances) <= set(balances)):

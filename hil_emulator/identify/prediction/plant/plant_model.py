@@ -22,7 +22,7 @@ from hil_emulator.model.declare import Effect, Param, factor, is_on
 from hil_emulator.model.kernel import Kernel
 from hil_emulator.model.layout import fill, length
 from hil_emulator.model.plant import Plant, Supply
-from hil_emulator.model.rating import REFERENCE_CURRENT, TABLES, at_rated_current
+from hil_emulator.model.rating import REFERENCE_CURRENT, sized
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stages import SAMPLED
 
@@ -181,7 +181,7 @@ class PlantModel:
 
     def sized(self, param: Param, table: str) -> Param:
         """Return a declaration as it is for this machine: currents of the valve by its rating."""
-        return at_rated_current(param, self.rated) if table in TABLES else param
+        return sized(param, table, self.rated)
 
     def knob(self, effect: Effect, channel: str, prior: float) -> Coordinate:
         """Return the knob of an effect as a coordinate."""

@@ -1,8 +1,8 @@
 """Differences that are integrated out of residuals.
 
 Differences with columns X of the whitened residual, each scaled by its standard deviation, turn the
-residual's covariance I into I + X X'. Residuals and derivatives are multiplied by its inverse root,
-(I + X X')^(-1/2) = I - U diag(1 - 1/sqrt(1 + s²)) U' with X = U diag(s) V'.
+residual's covariance I into I + X X'. Residuals and derivatives are multiplied by its inverse root:
+with X'X = V diag(s²) V', (I + X X')^(-1/2) = I - X V diag((1 - 1/sqrt(1 + s²))/s²) V' X'.
 """
 
 from dataclasses import dataclass
@@ -20,23 +20,27 @@ class IntegratedOut:
     """What differences do to a residual.
 
     Attributes:
-        directions: orthonormal, shape (residuals, directions).
-        removed: share of the part along each direction that is removed.
+        columns: X', of all differences, shape (differences, residuals).
+        removal: what lies between X and X', shape (differences, differences).
 
     """
 
-    directions: Array
-    removed: Array
+    columns: Array
+    removal: Array
 
     def of(self, rows: Array | Single) -> Array:
         """Return rows, shape (..., residuals), with the differences integrated out."""
-        return np.asarray(rows - ((rows @ self.directions) * self.removed) @ self.directions.T)
+        return np.asarray(rows - ((rows @ self.columns.T) @ self.removal) @ self.columns)
+
+    def within(self, first: int, last: int) -> "IntegratedOut":
+        """Return the same of some residuals, with sizes of the differences of their own."""
+        return integrated_out(np.ascontiguousarray(self.columns[:, first:last]))
 
 
 def integrated_out(columns: Array) -> IntegratedOut:
-    """Return what columns, shape (columns, residuals), do."""
-    x = np.where(np.isfinite(columns), columns, 0.0).astype(np.float64)
+    """Return what columns, shape (differences, residuals), do; none that is not finite counts."""
+    x = np.where(np.isfinite(columns).all(axis=1, keepdims=True), columns, 0.0)
     powers, vectors = np.linalg.eigh(x @ x.T)
-    kept = powers > NEGLIGIBLE
-    directions = (x.T @ vectors[:, kept]) / np.sqrt(powers[kept])
-    return IntegratedOut(directions, 1.0 - 1.0 / np.sqrt(1.0 + powers[kept]))
+    powers = np.maximum(powers, NEGLIGIBLE)
+    kept = (1.0 - 1.0 / np.sqrt(1.0 + powers)) / powers
+    return IntegratedOut(x, (vectors * kept) @ vectors.T)
