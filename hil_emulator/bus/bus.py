@@ -114,7 +114,7 @@ class Bus(AbstractContextManager["Bus"]):
     def report(self, error_class: int) -> None:
         """Send an error frame to the other parties, if the bus is in memory or on TCP.
 
-        Real controllers make error frames themselves, and a kernel accepts none from a program.
+        Real controllers make error frames themselves, and a kernel refuses those of a program.
         """
         if isinstance(self._bus, SocketcandServerBus | InProcessBus):
             message = can.Message(

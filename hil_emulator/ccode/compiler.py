@@ -23,7 +23,7 @@ class System:
 
     Attributes:
         name: folder name of FMI 3.0 for processor and system.
-        fmi2: folder name of FMI 2.0; "" if it defines none for this system.
+        fmi2: folder name of FMI 2.0; "" if FMI 2.0 has no folder for it.
         suffix: ending of a shared library.
         triple: target name of `ziglang`; for Linux with a C library of 2012.
 

@@ -39,18 +39,18 @@ def bench(
     if panel:
         require_server()
         with waiting(f"bench --panel {duration:g} s", chosen, json=as_json) as progress:
-            costs = measure_panel(chosen, duration, progress.say)
+            costs = measure_panel(chosen, duration, progress.report)
         plain = json.dumps([dataclasses.asdict(cost) for cost in costs], indent=2)
         click.echo(plain if as_json else _panel_table(costs))
         return
     measured: Speeds | SearchCost
     if identify:
         with waiting(f"bench --identify {identify:g} s", chosen, json=as_json) as progress:
-            measured = measure_finding(chosen, identify, progress.say)
+            measured = measure_finding(chosen, identify, progress.report)
         table = _found(measured)
     else:
         with waiting(f"bench {duration:g} s", chosen, json=as_json) as progress:
-            measured = measure(config, cache_folder(), duration, progress.say)
+            measured = measure(config, cache_folder(), duration, progress.report)
         table = _table(measured, duration)
     click.echo(json.dumps(dataclasses.asdict(measured), indent=2) if as_json else table)
 
@@ -59,7 +59,7 @@ def bench_effects(files: tuple[Path, ...], as_json: bool) -> None:
     """Measure the time that each effect of the plant adds to a step; arguments as `bench`."""
     chosen = _chosen(files)
     with waiting("bench --effects", chosen, json=as_json) as progress:
-        costs = measure_effects(load_rig(chosen), cache_folder(), progress.say)
+        costs = measure_effects(load_rig(chosen), cache_folder(), progress.report)
     rows = [(c.effect, f"{c.step_us:.2f}", f"{c.relative:.2f}") for c in costs]
     plain = json.dumps([dataclasses.asdict(cost) for cost in costs], indent=2)
     titles = ("effect, alone on", "step [us]", "over a step without")

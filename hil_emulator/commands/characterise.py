@@ -39,7 +39,7 @@ def run(
             config.seed if seed is None else seed, min(config.step, LONGEST_STEP),
         )  # fmt: skip
         results = characterise(
-            [test], bench, out, progress.say, overwrite=overwrite, moved=moved_defaults(config)
+            [test], bench, out, progress.report, overwrite=overwrite, moved=moved_defaults(config)
         )
     for group in grouped(results):
         click.echo(f"{group.summary}\n{text_table(_HEADER, map(_row, group.rows))}\n")

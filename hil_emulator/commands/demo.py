@@ -18,7 +18,7 @@ def demo(picture: Path, *, overwrite: bool = False) -> bool:
 
     """
     with waiting("demo") as progress:
-        outcome = perform(cache_folder(), progress.say)
+        outcome = perform(cache_folder(), progress.report)
     for response in outcome.responses:
         click.echo(_line(response))
     click.echo(verdict(outcome))

@@ -54,7 +54,7 @@ def export_fmu(
                 waiting("export-fmu", files) as progress,
                 new_files(overwrite=overwrite) as staged,
             ):
-                write_fmu(actuator, version, staged(written[0]), progress.say, native=native)
+                write_fmu(actuator, version, staged(written[0]), progress.report, native=native)
     except TranslationError as error:
         raise UserError(
             f"{error} has no translation to C; write the law with arithmetic, if, for and math "

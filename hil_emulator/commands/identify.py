@@ -74,7 +74,7 @@ def identify(
     actuator = ActuatorModel(", ".join(f.name for f in configs), load(configs))
     with waiting("identify" if question.search else "gap", [*files, *validate]) as progress:
         found = examined(
-            actuator, recordings, validate, question, lambda text: progress.say(f"  {text}"),
+            actuator, recordings, validate, question, lambda text: progress.report(f"  {text}"),
             jobs, meaning, cluster,
         )  # fmt: skip
     result = found.result

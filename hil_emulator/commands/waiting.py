@@ -63,7 +63,7 @@ class Progress:
         """Time since the beginning [s]."""
         return time.time() - self._begin
 
-    def say(self, text: str) -> None:
+    def report(self, text: str) -> None:
         """Print a line above the progress line on stderr."""
         with self._writing:
             self._erase()
@@ -79,17 +79,17 @@ class Progress:
     def shown(self, silent: bool) -> Iterator[None]:
         """Show the line while the context is open."""
         over = threading.Event()
-        teller = threading.Thread(target=self._tell, args=(over,), daemon=True)
+        display = threading.Thread(target=self._show_until, args=(over,), daemon=True)
         if not silent:
-            teller.start()
+            display.start()
         try:
             yield
         finally:
             over.set()
             if not silent:
-                teller.join()
+                display.join()
 
-    def _tell(self, over: threading.Event) -> None:
+    def _show_until(self, over: threading.Event) -> None:
         pause = SILENT
         while not over.wait(pause):
             pause = _EVERY[self._terminal]

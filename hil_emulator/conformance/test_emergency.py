@@ -138,10 +138,10 @@ def test_newest_error_comes_first(device: Device) -> None:
     if first is None or second is None:
         pytest.skip("the device offers but one kind of error")
     # the first needs OPERATIONAL, which an error may end
-    told = [bring_about(way)[:2] for way in (first, second)]
-    assert device.sdo.read(ERROR_HISTORY) >= len(told)
-    kept = [device.sdo.upload(ERROR_HISTORY, n)[:2] for n in range(1, len(told) + 1)]
-    assert kept == told[::-1]
+    reported = [bring_about(way)[:2] for way in (first, second)]
+    assert device.sdo.read(ERROR_HISTORY) >= len(reported)
+    kept = [device.sdo.upload(ERROR_HISTORY, n)[:2] for n in range(1, len(reported) + 1)]
+    assert kept == reported[::-1]
 
 
 @case("5.305")

@@ -169,9 +169,9 @@ def test_node_id_counts_after_reset_communication(master: Master) -> None:
         answer = master.ask(CONFIGURE_NODE_ID, bytes([new]))
         assert answer is not None
         assert answer[:2] == bytes([CONFIGURE_NODE_ID, 0])
-        told = master.ask(INQUIRE_NODE_ID)
-        assert told is not None
-        assert told[1] == device.node_id, "the new node-ID counted before the reset"
+        inquired = master.ask(INQUIRE_NODE_ID)
+        assert inquired is not None
+        assert inquired[1] == device.node_id, "the new node-ID counted before the reset"
         master.wait()
         device.barrier()
         since = len(device.wire.log)

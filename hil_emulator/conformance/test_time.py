@@ -18,7 +18,7 @@ PATIENCE_MS = 5_000
 SETTLE_MS = 20
 
 
-def told(milliseconds: int, days: int) -> bytes:
+def time_of_day(milliseconds: int, days: int) -> bytes:
     """Return a TIME_OF_DAY (CiA 301 7.4.7.1)."""
     return milliseconds.to_bytes(4, "little") + days.to_bytes(2, "little")
 
@@ -55,7 +55,7 @@ def test_time_has_the_identifier_of_the_eds(device: Device) -> None:
 def test_time_is_shown(device: Device) -> None:
     """What TIME tells is what the object shows."""
     variable = clock(device)
-    for message in (told(43_200_000, 15_000), told(1, 15_001)):
+    for message in (time_of_day(43_200_000, 15_000), time_of_day(1, 15_001)):
         device.wire.send(TIME, message)
         assert shown(device, variable) == message
 
@@ -66,7 +66,7 @@ def test_time_is_not_consumed_unasked(device: Device) -> None:
     variable = clock(device)
     device.sdo.write(TIME_COB_ID, 0, TIME, 4)
     before = shown(device, variable)
-    device.wire.send(TIME, told(43_200_000, 15_000))
+    device.wire.send(TIME, time_of_day(43_200_000, 15_000))
     assert shown(device, variable) == before
 
 
@@ -75,7 +75,7 @@ def test_time_has_six_bytes(device: Device) -> None:
     """A message of four bytes is no TIME."""
     variable = clock(device)
     before = shown(device, variable)
-    device.wire.send(TIME, told(43_200_000, 15_000)[:4])
+    device.wire.send(TIME, time_of_day(43_200_000, 15_000)[:4])
     assert shown(device, variable) == before
 
 
@@ -84,7 +84,7 @@ def test_time_goes_on_from_1984(device: Device) -> None:
     """A device that received TIME and then produces it goes on from there."""
     clock(device)
     days = 15_000
-    device.wire.send(TIME, told(43_200_000, days))
+    device.wire.send(TIME, time_of_day(43_200_000, days))
     device.wire.run(SETTLE_MS)
     code = device.sdo.write_code(TIME_COB_ID, 0, (PRODUCE | TIME).to_bytes(4, "little"))
     since = len(device.wire.log)

@@ -128,7 +128,7 @@ def respond(step: SetPointStep, table: Mapping[str, Signal]) -> Response:
     return Response(step, settling, max(0.0, float(progress.max()) - 1.0), still)
 
 
-def perform(cache: Path, say: Callable[[str], None]) -> Demonstration:
+def perform(cache: Path, report: Callable[[str], None]) -> Demonstration:
     """Run emulator and controller in lock-step on an in-process bus."""
     files = [shipped("configs/hyq_knee.toml"), shipped("configs/spring_load.toml")]
     config = load_whole(files)
@@ -136,11 +136,11 @@ def perform(cache: Path, say: Callable[[str], None]) -> Demonstration:
     recorder = MemoryRecorder()
     period = config.tick_ns * 1e-9
     with Bus(settings) as emulator_bus, Bus(settings) as controller_bus:
-        say("Preparing the model (a few seconds the first time) ...")
+        report("Preparing the model (a few seconds the first time) ...")
         rig = assemble(config, emulator_bus, cache, recorder)
         controller = Controller(controller_bus, config.nodes[0].id)
         timing = Timing()
-        say("Controlling position, then force, through CAN frames ...")
+        report("Controlling position, then force, through CAN frames ...")
         while rig.now_ns * 1e-9 < STEPS[-1].end:
             run(rig, LockStep(), 1, timing)
             controller.listen()

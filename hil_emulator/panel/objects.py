@@ -12,7 +12,7 @@ from hil_emulator.errors import UserError
 from hil_emulator.frame import Frame
 from hil_emulator.protocol.operation import SdoRequest
 
-Say = Callable[[int, bytes], None]
+Send = Callable[[int, bytes], None]
 """Sends a frame: COB-ID and data."""
 
 _SDO_ANSWERS = range(0x581, 0x600)
@@ -26,30 +26,30 @@ class ByHand(canopen.Network):
     """A network whose bus is the panel's.
 
     Args:
-        say: sends a frame.
+        send: sends a frame.
 
     """
 
-    def __init__(self, say: Say) -> None:
+    def __init__(self, send: Send) -> None:
         super().__init__()
-        self._say = say
+        self._send = send
 
     def send_message(self, can_id: int, data: Any, remote: bool = False) -> None:
         """Send a frame."""
-        self._say(can_id, bytes(data))
+        self._send(can_id, bytes(data))
 
 
 class ObjectsByHand:
     """Reads and writes objects of nodes.
 
     Args:
-        say: sends a frame; called from a thread of its own.
+        send: sends a frame; called from another thread.
         sheets: EDS of each node.
 
     """
 
-    def __init__(self, say: Say, sheets: Mapping[str, str]) -> None:
-        self._network = ByHand(say)
+    def __init__(self, send: Send, sheets: Mapping[str, str]) -> None:
+        self._network = ByHand(send)
         self._sheets = sheets
         self._busy = asyncio.Lock()
 

@@ -52,7 +52,7 @@ class OperatorCommands:
         self._header = info["header"]
         self._state = state
         self._line = line
-        self._objects = ObjectsByHand(self._say, info["eds"])
+        self._objects = ObjectsByHand(self._send_frame, info["eds"])
         self._recorder: PanelRecorder | None = None
         self._changing = asyncio.Lock()
         state.listeners.append(self._hear)
@@ -115,7 +115,7 @@ class OperatorCommands:
         self._state.take(event_entry(round(self._state.now * 1e9), what))
         return Answer()
 
-    def _say(self, can_id: int, data: bytes) -> None:
+    def _send_frame(self, can_id: int, data: bytes) -> None:
         self._line.ask(_send(can_id, data))
 
     def _hear(self, kind: int, payload: bytes) -> None:

@@ -61,7 +61,7 @@ class Session:
         """Send the first message, then data and answers."""
         listening = asyncio.create_task(self._listen())
         try:
-            await self._say({"hello": self._source.hello})
+            await self._send({"hello": self._source.hello})
             await self._show()
             await self._connection.close(ENDED, "the emulator has ended")
         except ConnectionClosed:
@@ -79,7 +79,7 @@ class Session:
             if frames % _TELL_EVERY == 0:
                 with answering() as reply:
                     reply.content = self._words()
-                await self._say(reply.content)
+                await self._send(reply.content)
             frames += 1
 
     async def _listen(self) -> None:
@@ -89,7 +89,7 @@ class Session:
                 content = json_object(message)
                 number = content.get("id") if isinstance(content.get("id"), int) else None
                 reply.content = (await self._answer(parsed(content, OF_PANEL))).fields()
-            await self._say({"answer": number, **reply.content})
+            await self._send({"answer": number, **reply.content})
 
     async def _answer(self, request: Request) -> Answer:
         match request:
@@ -166,7 +166,7 @@ class Session:
                 self._after, message["trace"] = traffic.trace(self._after, self._wanted, _LINES)
         return message
 
-    async def _say(self, what: Mapping[str, Any]) -> None:
+    async def _send(self, what: Mapping[str, Any]) -> None:
         await self._connection.send(json.dumps(what))
 
 

@@ -9,14 +9,14 @@ from hil_emulator.panel.source import Source
 from hil_emulator.panel.web_server import WebServer
 
 
-def show(source: Source, say: Callable[[str], None]) -> None:
-    """Serve a page until Ctrl-C; `say` is called with its address."""
+def show(source: Source, announce: Callable[[str], None]) -> None:
+    """Serve a page until Ctrl-C; `announce` is called with its address."""
 
     async def serve() -> None:
         token = secrets.token_urlsafe(16)
         door = WebServer(source, token)
         async with await door.listen(PORT):
-            say(f"http://127.0.0.1:{door.port}/#{token}")
+            announce(f"http://127.0.0.1:{door.port}/#{token}")
             await source.ended.wait()
 
     asyncio.run(serve())

@@ -81,7 +81,7 @@ def _wait(client: Any, futures: Sequence[Any], address: str) -> None:
             client.wait_for_workers(1, timeout=RESTARTING)
         except TimeoutError:
             raise UserError(
-                f"--cluster {address}: no worker is left, and none came back within "
+                f"--cluster {address}: no worker is left, and no worker came back within "
                 f"{RESTARTING:g} s; start one with `dask worker {address}`, {INSTEAD}"
             ) from None
 

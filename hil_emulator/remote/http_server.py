@@ -59,9 +59,9 @@ class Handler(BaseHTTPRequestHandler):
         verb = ROUTES.get((self.command, "/faults/NUMBER" if fault else path))
         if verb is None:
             paths = ", ".join(dict.fromkeys(path for _, path in ROUTES))
-            self._say(HTTPStatus.NOT_FOUND, {"error": f"there are {paths}"})
+            self._respond(HTTPStatus.NOT_FOUND, {"error": f"there are {paths}"})
         elif not self._is_local():
-            self._say(HTTPStatus.FORBIDDEN, {"error": "requests of other origins are refused"})
+            self._respond(HTTPStatus.FORBIDDEN, {"error": "requests of other origins are refused"})
         elif issubclass(verb, WithOptions):
             self._ask_with_body(verb)
         elif verb is SignalsRequest:
@@ -78,23 +78,25 @@ class Handler(BaseHTTPRequestHandler):
         elif code == HTTPStatus.HTTP_VERSION_NOT_SUPPORTED:  # the client's mistake, not a failure
             code = HTTPStatus.BAD_REQUEST
         self.close_connection = True
-        self._say(HTTPStatus(code), {"error": message or HTTPStatus(code).phrase})
+        self._respond(HTTPStatus(code), {"error": message or HTTPStatus(code).phrase})
 
     def log_message(self, format: str, *args: Any) -> None:  # noqa: A002
         """Print nothing: the terminal belongs to the emulator."""
 
     def _ask_with_body(self, verb: type[Request]) -> None:
         if self.headers.get_content_type() != "application/json":
-            self._say(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, {"error": "send application/json"})
+            self._respond(HTTPStatus.UNSUPPORTED_MEDIA_TYPE, {"error": "send application/json"})
             return
         length = self.headers.get("Content-Length", "0")
         if not re.fullmatch(r"\d{1,9}", length, re.ASCII) or int(length) > _LARGEST:
-            self._say(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, {"error": f"at most {_LARGEST} bytes"})
+            self._respond(
+                HTTPStatus.REQUEST_ENTITY_TOO_LARGE, {"error": f"at most {_LARGEST} bytes"}
+            )
             return
         try:
             fields = json_object(self.rfile.read(int(length)))
         except UserError as error:
-            self._say(HTTPStatus.BAD_REQUEST, {"error": str(error)})
+            self._respond(HTTPStatus.BAD_REQUEST, {"error": str(error)})
             return
         self._ask(verb, fields)
 
@@ -102,7 +104,7 @@ class Handler(BaseHTTPRequestHandler):
         with answering() as reply:
             reply.content = self.line.ask(checked(verb, fields)).fields()
         failed = "error" in reply.content
-        self._say(HTTPStatus.BAD_REQUEST if failed else HTTPStatus.OK, reply.content)
+        self._respond(HTTPStatus.BAD_REQUEST if failed else HTTPStatus.OK, reply.content)
 
     def _is_local(self) -> bool:
         """Return whether the request is from no web page, or from one of this server."""
@@ -112,7 +114,7 @@ class Handler(BaseHTTPRequestHandler):
             origin is None or origin in {f"http://{name}" for name in hosts}
         )
 
-    def _say(self, status: HTTPStatus, answer: Mapping[str, Any]) -> None:
+    def _respond(self, status: HTTPStatus, answer: Mapping[str, Any]) -> None:
         data = json.dumps(answer).encode()
         self.send_response(status)
         self.send_header("Content-Type", "application/json")

@@ -45,7 +45,7 @@ class FrameRouter:
     def go_on(self) -> None:
         """Let time pass again."""
 
-    def say(self, node: Participant, frames: Sequence[Frame]) -> None:
+    def publish(self, node: Participant, frames: Sequence[Frame]) -> None:
         """Pass a node's frames to the other nodes in the next tick."""
         if not self._alone:
             self._spoken += [(node, frame) for frame in frames]

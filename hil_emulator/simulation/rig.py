@@ -318,7 +318,7 @@ class Rig:
                 on_fast_path = False
                 if self.faults.active:
                     sent = self.faults.leaving(self.now_ns, node, sent)
-            self._router.say(node, sent)
+            self._router.publish(node, sent)
             outgoing = [*outgoing, *sent] if outgoing else sent
         if not on_fast_path:
             self._fast_path.enter()

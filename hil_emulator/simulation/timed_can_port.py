@@ -140,10 +140,10 @@ class TimedRouter(FrameRouter):
             controller.disturbed = functools.partial(destroys, node)
             controller.acknowledged = functools.partial(acknowledged, node)
 
-    def say(self, node: Participant, frames: Sequence[Frame]) -> None:
+    def publish(self, node: Participant, frames: Sequence[Frame]) -> None:
         """Queue a node's frames in its controller."""
         if self._port.standing:
-            super().say(node, frames)
+            super().publish(node, frames)
         elif frames:
             self._port.wire.queue(self._port.now_ns, self._controllers[node], frames)
 

@@ -31,7 +31,7 @@ def hil_emulator(*arguments: object, folder: Path | None = None) -> Result:
     )
 
 
-def told(*arguments: object) -> str:
+def output_of(*arguments: object) -> str:
     """Return what a command says that does its work."""
     result = CliRunner().invoke(main, [*map(str, arguments)], catch_exceptions=False)
     assert result.exit_code == 0, result.output
@@ -60,7 +60,7 @@ def layer(tmp_path: Path) -> Callable[[str], Path]:
 
 def test_check_shows_binding_pdos_and_bus_load() -> None:
     """The objects with their channels, the PDO map, and the share of 1 Mbit/s."""
-    text = told("check", REFERENCE)
+    text = output_of("check", REFERENCE)
     assert "channel load_force" in text
     assert "TPDO3" in text
     assert "Bus load of bus at most" in text
@@ -78,7 +78,7 @@ def test_check_reports_what_is_odd_about_a_makers_file(
         .replace("BaudRate_500=1", "BaudRate_500=0")
     )  # fmt: skip
     over = layer(f'[bus]\nbitrate = 500000\n[[node]]\nid = 5\neds = "{eds}"')
-    said = told("check", REFERENCE, over)
+    said = output_of("check", REFERENCE, over)
     assert "note: [2010] HighLimit: '?' is no INTEGER16; no limit\n" in said
     assert (
         "note: TPDO1 maps objects without a source, which hold their defaults: 0x2010:00 p\n"
@@ -90,7 +90,7 @@ def test_check_reports_what_is_odd_about_a_makers_file(
 def test_check_warns_of_what_will_not_run_well(layer: Callable[[str], Path]) -> None:
     """A step too wide for the machine and a bus too slow for its PDOs are named with numbers."""
     over = layer('[rig]\ntick = "1 ms"\nstep = "100 us"\n[bus]\nbitrate = 250000')
-    text = told("check", REFERENCE, over)
+    text = output_of("check", REFERENCE, over)
     assert "step of 100 us is too wide for this actuator: pressure " in text
     assert "set [rig] step to 20 us or less" in text  # of up to 24 us, the longest that fits 1 ms
     assert "more than it can carry" in text
@@ -122,7 +122,7 @@ def test_without_a_file_the_machines_of_the_package_are_named() -> None:
     assert "hyq_knee       The knee cylinder of the hydraulic quadruped HyQ" in message
     assert "hil-emulator init" in message
     assert "spring_load" not in message
-    assert told("check", "hyq_knee") == told("check", REFERENCE)
+    assert output_of("check", "hyq_knee") == output_of("check", REFERENCE)
     assert "is no file, and no machine or layer or bench of the package" in refused(
         "run", "hyqknee"
     )
@@ -133,14 +133,14 @@ def test_the_schema_is_written_for_editors(tmp_path: Path) -> None:
     said = hil_emulator("schema", "--out", "s.json", folder=tmp_path).stdout
     assert '"#:schema ./s.json"' in said
     assert "valve" in json.loads((tmp_path / "s.json").read_text())["properties"]
-    assert "actuator" in json.loads(told("schema", "machine"))["properties"]
+    assert "actuator" in json.loads(output_of("schema", "machine"))["properties"]
 
 
 def test_effects_lists_the_catalogue() -> None:
     """Every effect stands in the table, and its declaration in the JSON."""
-    text = told("effects")
+    text = output_of("effects")
     assert all(e.name in text for e in CATALOGUE)
-    rows = json.loads(told("effects", "--json"))
+    rows = json.loads(output_of("effects", "--json"))
     assert [r["name"] for r in rows] == [e.name for e in CATALOGUE]
     wanted = {"stage", "knob", "unit", "off", "typical", "low", "high", "equation", "source"}
     assert all(wanted <= row.keys() for row in rows)

@@ -23,7 +23,7 @@ def _quick(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_EVERY", {True: 0.02, False: 0.02})
 
 
-def told(what: str, monkeypatch: pytest.MonkeyPatch) -> str:
+def first_line(what: str, monkeypatch: pytest.MonkeyPatch) -> str:
     """Return what is said of some work that lasts until something is."""
     monkeypatch.setattr(sys, "stderr", io.StringIO())
     with waiting(what):
@@ -35,10 +35,12 @@ def told(what: str, monkeypatch: pytest.MonkeyPatch) -> str:
 
 def test_the_second_time_tells_what_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
     """At first nobody knows; then the last time is what is usual."""
-    assert "s, time left unknown: first time on this machine\n" in told("work", monkeypatch)
+    assert "s, time left unknown: first time on this machine\n" in first_line("work", monkeypatch)
     assert 0.0 < recall("work").work < 60.0
     remember("work", 1e6, 0.0)
-    assert re.match(r"work; \d+ s, some (1000000|9999\d\d) s left\n", told("work", monkeypatch))
+    assert re.match(
+        r"work; \d+ s, some (1000000|9999\d\d) s left\n", first_line("work", monkeypatch)
+    )
 
 
 def test_what_is_over_at_once_says_nothing(
@@ -62,7 +64,7 @@ def test_a_program_that_reads_is_not_disturbed(capsys: pytest.CaptureFixture[str
 def test_what_is_said_meanwhile_has_a_line_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
     """On stderr, so that stdout holds the result alone."""
     with waiting("work") as progress:
-        progress.say("half of it")
+        progress.report("half of it")
     out, err = capsys.readouterr()
     assert (out, "half of it\n" in err) == ("", True)
 

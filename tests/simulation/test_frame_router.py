@@ -31,7 +31,7 @@ def test_what_no_node_takes_reaches_none() -> None:
     """A frame is passed on if any node takes it, from the bus or from another node."""
     a, b = Listener({0x080: False}), Listener({0x080: False, 0x181: False})
     router = FrameRouter([a, b])  # type: ignore[list-item]
-    router.say(a, [Frame(0x181), Frame(0x182)])  # type: ignore[arg-type]
+    router.publish(a, [Frame(0x181), Frame(0x182)])  # type: ignore[arg-type]
     assert heard(router, Frame(0x080), Frame(0x300)) == [[0x080], [0x181, 0x080]]
     assert heard(router) == [[], []]
 
@@ -40,9 +40,9 @@ def test_a_remote_frame_is_for_who_sends_the_pdo() -> None:
     """It reaches the producer of the PDO, whose own data frames concern nobody."""
     a, b = Listener({}, frozenset({0x181})), Listener({})
     router = FrameRouter([a, b])  # type: ignore[list-item]
-    router.say(a, [Frame(0x181, b"data")])  # type: ignore[arg-type]
+    router.publish(a, [Frame(0x181, b"data")])  # type: ignore[arg-type]
     assert heard(router, Frame(0x181, remote=True)) == [[0x181], [0x181]]
-    router.say(a, [Frame(0x181, b"data")])  # type: ignore[arg-type]
+    router.publish(a, [Frame(0x181, b"data")])  # type: ignore[arg-type]
     assert heard(router) == [[], []]
 
 
@@ -56,7 +56,7 @@ def test_faults_meet_every_frame() -> None:
     """On demand nothing is sorted out, but what a node said itself it never hears."""
     a, b = Listener({}), Listener({})
     router = FrameRouter([a, b])  # type: ignore[list-item]
-    router.say(a, [Frame(0x181)])  # type: ignore[arg-type]
+    router.publish(a, [Frame(0x181)])  # type: ignore[arg-type]
     assert heard(router, Frame(0x300), everything=True) == [[0x300], [0x181, 0x300]]
 
 
@@ -74,7 +74,7 @@ def test_a_node_alone_sorts_out_for_itself() -> None:
     """It is handed all that the bus carried, and nothing that it has said itself."""
     a = Listener({0x200: False})
     router = FrameRouter([a])  # type: ignore[list-item]
-    router.say(a, [Frame(0x181)])  # type: ignore[arg-type]
+    router.publish(a, [Frame(0x181)])  # type: ignore[arg-type]
     assert heard(router, Frame(0x201), Frame(0x200)) == [[0x201, 0x200]]
     assert heard(router, everything=True) == [[]]
 

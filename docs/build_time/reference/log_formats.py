@@ -50,7 +50,7 @@ def _columns() -> list[tuple[str, ...]]:
 
 
 def _recordings() -> list[tuple[str, ...]]:
-    by_format = {id(f): f for f in exports.known().values()}
+    by_format = {id(f): f for f in exports.formats_by_ending().values()}
     journal = (code(SUFFIX), "journal: everything, for this program", "")
     return [journal, *(_recording(f) for f in by_format.values())]
 

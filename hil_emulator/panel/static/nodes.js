@@ -68,7 +68,7 @@ export class Nodes {
   }
 
   async nmt(command, node) {
-    this.say(() => this.stream.ask({ do: "nmt", command, node }), `NMT ${command}, node ${node}: sent`);
+    this.report(() => this.stream.ask({ do: "nmt", command, node }), `NMT ${command}, node ${node}: sent`);
   }
 
   objects() {
@@ -77,25 +77,25 @@ export class Nodes {
     this.index = input("index", 5.5, "0x1008");
     this.subindex = input("sub", 3.5, "0");
     this.value = input("value", 8);
-    this.said = make("p", { role: "status", class: "mono", style: "white-space:normal" });
+    this.outcome = make("p", { role: "status", class: "mono", style: "white-space:normal" });
     const place = () => ({ do: "sdo", node: Number(this.node.value), index: this.index.value, subindex: this.subindex.value });
-    return make("form", { onsubmit: (event) => { event.preventDefault(); this.say(() => this.stream.ask(place())); } },
+    return make("form", { onsubmit: (event) => { event.preventDefault(); this.report(() => this.stream.ask(place())); } },
       make("h3", {}, "SDO by hand"),
       make("div", { class: "row" }, this.node, this.index, this.subindex, make("button", { type: "submit" }, "Read")),
       make("div", { class: "row" }, this.value, make("button", {
-        type: "button", onclick: () => this.say(() => this.stream.ask({ ...place(), value: this.value.value })),
-      }, "Write")), this.said);
+        type: "button", onclick: () => this.report(() => this.stream.ask({ ...place(), value: this.value.value })),
+      }, "Write")), this.outcome);
   }
 
-  async say(act, done = "") {
-    this.said.className = "mono";
-    this.said.textContent = "…";
+  async report(act, done = "") {
+    this.outcome.className = "mono";
+    this.outcome.textContent = "…";
     try {
       const answer = await act();
-      this.said.textContent = done || answer.text;
+      this.outcome.textContent = done || answer.text;
     } catch (error) {
-      this.said.className = "bad";
-      this.said.textContent = error.message;
+      this.outcome.className = "bad";
+      this.outcome.textContent = error.message;
     }
   }
 }
