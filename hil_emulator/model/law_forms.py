@@ -77,8 +77,9 @@ def laminar_transition(run: ModelRun) -> Terms:
         y = (flow / (run.plant["valve_gain"] * now)) ** 4
         s = np.maximum(0.5 * (y + np.sqrt(y * y + 4.0 * y)), 1e-24) ** -0.25
         whole, s = (1.0 + s**4) ** 0.25 * flow, s * usual / now
-        series = [_in_series(wide * s) for wide in (1.0, 3.0)]
-        change = np.column_stack([series[0] - (1.0 + s**4) ** -0.25, series[1] - series[0]])
+        narrow, usual_one, wide = (_in_series(part * s) for part in (1.0 / 3.0, 1.0, 3.0))
+        shapes = usual_one - (1.0 + s**4) ** -0.25, wide - usual_one, narrow - usual_one
+        change = np.column_stack(shapes)
         terms[balance] = RESISTANCES_IN_SERIES * whole[:, None] * change
     return terms
 

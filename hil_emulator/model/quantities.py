@@ -80,7 +80,7 @@ PARAMS: dict[str, tuple[Param, ...]] = {
               spread=factor(3.0)),
         Param("presliding_distance", "m", "dry friction over the stiffness of the seals that hold "
               "a rod at rest", 2e-5, 1e-7, 1e-3, "um", default=2e-5,
-              source="assumed: 100 N over 5e6 N/m, of 1e5 to 1e7 N/m", spread=factor(3.0)),
+              source="assumed: 100 N over 5e6 N/m, of 1e5 to 1e7 N/m", spread=factor(10.0)),
     ),
     "load": (
         Param("mass", "kg", "mass M_l moved by the rod", 50.0, 0.1, 1e5, source="S1 Fig. 3.14",

@@ -76,7 +76,8 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
         u = unknown[0]
         result.reason = f"something acts on the {u.balance}, depending on {u.regressor}: {u.shape}"
         result.reason += _nearest(search)
-    elif far := far_off(_last_fit(search), FALSE_ALARM):
+    # what no file states is no wrong statement: `_explained` names it
+    elif far := [f for f in far_off(_last_fit(search), FALSE_ALARM) if f[0].stated]:
         _conclude_values(result, search, far)
     ambiguous = [f for f in findings if f.group]
     if ambiguous:

@@ -42,7 +42,9 @@ def felt(
         jobs: threads.
 
     """
-    fitter, start = Fitter(predictor, experiments, Threads(predictor, jobs)), np.zeros(len(free))
+    # with other forms of a law, numbers of one product differ in the last digits
+    pool = Threads(predictor, jobs, exact=True)
+    fitter, start = Fitter(predictor, experiments, pool), np.zeros(len(free))
     fitter.freeze(free, start)
     base = fitter.residual(free, start)
     slopes = fitter.jacobian(free, start, base)

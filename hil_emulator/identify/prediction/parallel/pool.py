@@ -66,16 +66,19 @@ class Threads:
     Args:
         predictor: computes innovations.
         jobs: threads; each takes one experiment of a point at a time.
+        exact: whether base laws have the model's form alone.
 
     """
 
-    def __init__(self, predictor: Predictor, jobs: int = 1) -> None:
-        self._predictor, self.jobs = predictor, jobs
+    def __init__(self, predictor: Predictor, jobs: int = 1, *, exact: bool = False) -> None:
+        self._predictor, self.jobs, self._exact = predictor, jobs, exact
 
     def freeze(self, experiments: Sequence[Experiment], point: Point) -> Batch:
         """Freeze experiments at a point and weigh their channels there."""
         predictor, jobs = self._predictor, self.jobs
-        frozen = list(side_by_side(lambda e: frozen_at(predictor, e, point), experiments, jobs))
+        frozen = list(side_by_side(
+            lambda e: frozen_at(predictor, e, point, exact=self._exact), experiments, jobs
+        ))  # fmt: skip
         noise = noise_of_all([predictor.noise_seen(f) for f in frozen])
         batch = LocalBatch(predictor, frozen, jobs)
         return batch if noise is None else batch.sharing(noise)
@@ -174,11 +177,14 @@ def sharing(predictor: Predictor, frozen: object, noise: Noise) -> object:
     return other
 
 
-def frozen_at(predictor: Predictor, experiment: Experiment, point: Point) -> object:
+def frozen_at(
+    predictor: Predictor, experiment: Experiment, point: Point, *, exact: bool = False
+) -> object:
     """Return an experiment frozen and weighed at a point."""
     frozen = predictor.freeze(experiment, *point)
     predictor.weigh(frozen, *point)
-    predictor.relax(frozen, *point)
+    if not exact:
+        predictor.relax(frozen, *point)
     return frozen
 
 

@@ -38,7 +38,7 @@ class IntegratedOut:
 
 
 def integrated_out(columns: Array) -> IntegratedOut:
-    """Return what columns, shape (differences, residuals), do; none that is not finite counts."""
+    """Return what columns, shape (differences, residuals), do; of finite ones alone."""
     x = np.where(np.isfinite(columns).all(axis=1, keepdims=True), columns, 0.0)
     powers, vectors = np.linalg.eigh(x @ x.T)
     powers = np.maximum(powers, NEGLIGIBLE)
