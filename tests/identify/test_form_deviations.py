@@ -3,11 +3,15 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
+from hil_emulator.identify.conclusion.other_forms import other_forms
+from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.parallel.pool import frozen_at, residual
+from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.prediction.residuals.integrated_out import integrated_out
-from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
+from tests.identify.rig_data import INSTRUMENTS, OFF, knee_model, recorded
 
 
 def test_what_is_integrated_out_is_the_inverse_root_of_the_covariance() -> None:
@@ -54,3 +58,17 @@ def test_an_oil_that_stiffens_with_pressure_is_no_misfit() -> None:
                 sums.append(float(np.sum(residual(predictor, frozen, point) ** 2)))
             excess.append(sums[0] - sums[1])
         assert least * excess[0] <= excess[1] <= most * excess[0]
+
+
+@pytest.mark.parametrize(("rise", "reported"), [(0.0, False), (40.0, True)])
+def test_a_law_of_another_form_is_reported(rise: float, reported: bool) -> None:
+    """The stiffening of the oil is named as the law that differs, if it does."""
+    model = knee_model()
+    predictor = Observer(model, INSTRUMENTS)
+    fitter = Fitter(predictor, [recorded({"modulus_pressure_rise": rise}, "steps", 3, 1.0)])
+    free = [c for c in parameters.ordinary(model) if c.field in OFF]
+    fitter.freeze(free, np.zeros(len(free)))
+    fit = fitter.fit(free, np.zeros(len(free)), 6)
+    notes = other_forms(predictor, fitter.frozen, fit)
+    law = "stiffness of the oil: this law has another form"
+    assert any(note.startswith(law) for note in notes) == reported

@@ -14,6 +14,7 @@ from hil_emulator.identify.conclusion.findings import (
     Wanted,
     in_words,
 )
+from hil_emulator.identify.conclusion.other_forms import other_forms
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.conclusion.wrong_values import FarOff
 from hil_emulator.identify.estimation.fit import Fit
@@ -85,6 +86,8 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
         if thorough:
             result.plan = recommend(searcher, search, f.name, f.group, searcher.tell)
         result.next_experiment = str(result.plan or "") or _advice(searcher, f)
+    predictor, last = searcher.fitter.predictor, _last_fit(search)
+    result.notes += other_forms(predictor, searcher.fitter.frozen, last)
     _measure(searcher, search, result)
     searcher.fitter.release()
     return result

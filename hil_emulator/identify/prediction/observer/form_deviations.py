@@ -1,5 +1,7 @@
 """What base laws of another published form would do along a run."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array
@@ -9,11 +11,14 @@ from hil_emulator.model.declare import is_on
 from hil_emulator.model.law_forms import FORMS, USUAL, ModelRun
 
 
-def columns(predictor: Predictor, frozen: Frozen, par: Array, chan: Array) -> Array:
+def deviations(
+    predictor: Predictor, frozen: Frozen, par: Array, chan: Array
+) -> tuple[tuple[str, ...], Array]:
     """Return what one standard deviation of each difference does along the run at a point.
 
     Returns:
-        weighted whitened innovations, shape (differences, residuals).
+        the law of each difference in words, and weighted whitened innovations, shape (differences,
+        residuals).
 
     """
     path = predictor.innovations(frozen, par, chan, track=True)[1]
@@ -23,19 +28,25 @@ def columns(predictor: Predictor, frozen: Frozen, par: Array, chan: Array) -> Ar
     usual = dict(zip(names, predictor.model.par.tolist(), strict=True))
     run = ModelRun(signals, plant, usual)
     balances = {b.name: b for b in predictor.balances if not b.channel}
+    laws: list[str] = []
     changes = [np.zeros((0, frozen.data.measured.size))]
     for form in (f for f in FORMS if set(f.balances) <= set(balances)):
         terms = form.terms(run)
         each = [predictor.through(frozen, balances[name], terms[name]) for name in terms]
         changes.append(np.sum(each, axis=0, dtype=np.float64))
-    return np.concatenate([*changes, *_usual(predictor, frozen, par, chan)])
+        laws += [form.law] * len(changes[-1])
+    for law, change in _usual(predictor, frozen, par, chan):
+        laws.append(law)
+        changes.append(change)
+    return tuple(laws), np.concatenate(changes)
 
 
-def _usual(predictor: Predictor, frozen: Frozen, par: Array, chan: Array) -> list[Array]:
-    """Return the same of each effect that every machine has a little of, shape (1, residuals)."""
+def _usual(
+    predictor: Predictor, frozen: Frozen, par: Array, chan: Array
+) -> Iterator[tuple[str, Array]]:
+    """Yield the same of each effect that every machine has a little of, shape (1, residuals)."""
     model, base = predictor.model, predictor.innovations(frozen, par, chan)[0]
     effects = {e.name: e for e in model.effects}
-    changes = []
     for usual in (u for u in USUAL if u.name in effects):
         knob = effects[usual.name].field_of(effects[usual.name].knob)
         at = list(model.kernel.parameters.names or ()).index(knob)
@@ -43,5 +54,5 @@ def _usual(predictor: Predictor, frozen: Frozen, par: Array, chan: Array) -> lis
             continue
         other = par.copy()
         other[at] = usual.size(model.plant_values)
-        changes.append((predictor.innovations(frozen, other, chan)[0] - base).reshape(1, -1))
-    return changes
+        change = predictor.innovations(frozen, other, chan)[0] - base
+        yield usual.law, change.reshape(1, -1)

@@ -20,7 +20,7 @@ from hil_emulator.identify.prediction.model_run.records import (
     Seen,
     Start,
 )
-from hil_emulator.identify.prediction.observer.form_deviations import columns
+from hil_emulator.identify.prediction.observer.form_deviations import deviations
 from hil_emulator.identify.prediction.observer.frozen_experiment import Frozen
 from hil_emulator.identify.prediction.observer.integration_steps import (
     CAREFUL_STEP,
@@ -262,7 +262,8 @@ class Observer:
     def relax(self, frozen: Frozen, par: Array, chan: Array) -> None:
         """Let base laws be of another published form along the run at these parameters."""
         frozen.forms = None
-        frozen.forms = integrated_out(columns(self, frozen, par, chan))
+        laws, columns = deviations(self, frozen, par, chan)
+        frozen.forms = integrated_out(columns, laws)
 
     def _propagated(self, frozen: Frozen, entry: Entries, inputs: Array, outputs: Array) -> Single:
         """Return what terms make of the whitened innovations, shape (terms, samples, channels)."""

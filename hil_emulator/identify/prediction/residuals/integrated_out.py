@@ -22,11 +22,13 @@ class IntegratedOut:
     Attributes:
         columns: X', of all differences, shape (differences, residuals).
         removal: what lies between X and X', shape (differences, differences).
+        laws: the law of each difference, in words.
 
     """
 
     columns: Array
     removal: Array
+    laws: tuple[str, ...] = ()
 
     def of(self, rows: Array | Single) -> Array:
         """Return rows, shape (..., residuals), with the differences integrated out."""
@@ -34,13 +36,13 @@ class IntegratedOut:
 
     def within(self, first: int, last: int) -> "IntegratedOut":
         """Return the same of some residuals, with sizes of the differences of their own."""
-        return integrated_out(np.ascontiguousarray(self.columns[:, first:last]))
+        return integrated_out(np.ascontiguousarray(self.columns[:, first:last]), self.laws)
 
 
-def integrated_out(columns: Array) -> IntegratedOut:
+def integrated_out(columns: Array, laws: tuple[str, ...] = ()) -> IntegratedOut:
     """Return what columns, shape (differences, residuals), do; of finite ones alone."""
     x = np.where(np.isfinite(columns).all(axis=1, keepdims=True), columns, 0.0)
     powers, vectors = np.linalg.eigh(x @ x.T)
     powers = np.maximum(powers, NEGLIGIBLE)
     kept = (1.0 - 1.0 / np.sqrt(1.0 + powers)) / powers
-    return IntegratedOut(x, (vectors * kept) @ vectors.T)
+    return IntegratedOut(x, (vectors * kept) @ vectors.T, laws)

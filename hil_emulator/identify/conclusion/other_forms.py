@@ -1,0 +1,70 @@
+"""Base laws that follow another published form in this machine than in the model."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hil_emulator.identify.estimation.fit import Fit
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.observer.frozen_experiment import Frozen
+from hil_emulator.identify.prediction.observer.predictor import Predictor
+from hil_emulator.identify.prediction.residuals.huber import tamed
+
+NOTICEABLE = 1.0
+"""Size of a difference, in its usual standard deviations, from which it is reported."""
+
+SIGNIFICANT = 3.3
+"""Size over its own uncertainty from which chance is excluded, p < 0.001."""
+
+MOST_FORMS = 3.0
+"""Usual standard deviations beyond which no published form lies: three in a thousand do."""
+
+
+def other_forms(predictor: Predictor, frozen: Sequence[object], fit: Fit) -> list[str]:
+    """Return a sentence for each base law whose form differs noticeably from the model's.
+
+    Args:
+        predictor: has frozen the experiments.
+        frozen: the experiments.
+        fit: where their residuals are taken.
+
+    """
+    sizes: dict[str, float] = {}
+    for law, size, deviation in _differences(predictor, frozen, fit):
+        if abs(size) > max(NOTICEABLE, SIGNIFICANT * deviation):
+            sizes[law] = max(abs(size), sizes.get(law, 0.0))
+    return [_words(law, size) for law, size in sizes.items()]
+
+
+def _differences(
+    predictor: Predictor, frozen: Sequence[object], fit: Fit
+) -> list[tuple[str, float, float]]:
+    """Return the law, size and uncertainty of each difference, of all experiments together."""
+    laws: tuple[str, ...] = ()
+    power, product = np.zeros((0, 0)), np.zeros(0)
+    for one in (f for f in frozen if isinstance(f, Frozen) and f.forms is not None):
+        assert one.forms is not None
+        columns, laws = one.forms.columns, one.forms.laws
+        residual = _residual(predictor, one, fit)
+        whole = columns @ columns.T
+        power = whole if not power.size else power + whole
+        product = columns @ residual if not product.size else product + columns @ residual
+    covariance = np.linalg.inv(np.eye(len(laws)) + power) if laws else power
+    # a difference that is in the data and not in the model leaves its negative
+    sizes, deviations = -covariance @ product, np.sqrt(np.diag(covariance))
+    return list(zip(laws, sizes.tolist(), deviations.tolist(), strict=True))
+
+
+def _residual(predictor: Predictor, frozen: Frozen, fit: Fit) -> Array:
+    """Return a residual in which the differences are still present."""
+    point = predictor.model.memory(fit.coordinates, fit.at)
+    return tamed(predictor.innovations(frozen, *point)[0])
+
+
+def _words(law: str, size: float) -> str:
+    how = "is taken into account" if size < MOST_FORMS else (
+        "is more than published forms differ: check what the machine has there")  # fmt: skip
+    return (
+        f"{law}: this law has another form here than in the model; the difference is {size:.1f} "
+        f"times its usual size and {how}"
+    )
