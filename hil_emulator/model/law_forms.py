@@ -92,12 +92,25 @@ def _in_series(s: Array) -> Array:
 AT_REST = ((0.3, 0.5), (1.5, 0.5), (5.0, 0.1))
 """Widths over the transition velocity, and standard deviation of the friction there (assumed)."""
 
+AFTER_REVERSAL = ((1.0, 1.0), (5.0, 0.5))
+"""The same of widths over the presliding distance, after a reversal (assumed)."""
+
 
 def friction_at_rest(run: ModelRun) -> Terms:
-    """Return how dry friction by another law differs at rest and in reversal."""
+    """Return how dry friction by another law differs at rest and after a reversal."""
     speed = np.abs(run.signals["velocity"]) / run.configured["friction_transition_velocity"]
-    fading = np.column_stack([share * np.exp(-speed / width) for width, share in AT_REST])
-    return {PISTON: run.signals["friction_force"][:, None] * fading}
+    way = since_reversal(run.signals["position"], run.signals["velocity"])
+    way = way / run.configured["friction_presliding_distance"]
+    shapes = [share * np.exp(-speed / width) for width, share in AT_REST]
+    shapes += [share * np.exp(-way / width) for width, share in AFTER_REVERSAL]
+    return {PISTON: run.signals["friction_force"][:, None] * np.column_stack(shapes)}
+
+
+def since_reversal(position: Array, velocity: Array) -> Array:
+    """Return how far a rod is from where it turned round last [m]."""
+    turns = np.diff(np.sign(velocity), prepend=np.sign(velocity[:1])) != 0.0
+    last = np.maximum.accumulate(np.where(turns, np.arange(len(position)), 0))
+    return np.abs(position - position[last])
 
 
 FORMS = (

@@ -12,6 +12,7 @@ from hil_emulator.model.law_forms import (
     USUAL,
     ModelRun,
     laminar_transition,
+    since_reversal,
 )
 from hil_emulator.model.servo_valve import transition
 from hil_emulator.model.stages import FLOW_A, FLOW_B
@@ -58,6 +59,17 @@ def test_forms_agree_far_from_where_they_bend() -> None:
     terms = laminar_transition(ModelRun(signals, PLANT, PLANT))[FLOW_A]
     np.testing.assert_array_equal(terms[0], 0.0)
     assert np.all(np.abs(terms[1]) < 0.03 * model[0])
+
+
+def test_the_way_since_a_reversal_begins_anew_with_each() -> None:
+    """It grows with the way from the last turning point, and is zero there."""
+    time = np.linspace(0.0, 1.0, 401)
+    position, velocity = -np.cos(2.0 * np.pi * time), np.sin(2.0 * np.pi * time)
+    way = since_reversal(position, velocity)
+    assert way[100] == pytest.approx(1.0, abs=0.02)
+    assert way[199] == pytest.approx(2.0, abs=0.02)
+    assert way[202] == pytest.approx(0.0, abs=0.02)
+    assert way[300] == pytest.approx(1.0, abs=0.02)
 
 
 def test_usual_effects_are_of_the_catalogue() -> None:
