@@ -1,7 +1,5 @@
 """Free terms: what a law of any form would explain, in the balance where it acts."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -16,6 +14,8 @@ from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.selection.law_form import nearest
 from hil_emulator.identify.selection.scan import scan
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
+
+pytestmark = pytest.mark.usefixtures("exact_forms")
 
 RESISTANCE = 3e13
 """Of the return line that the machine has and the configuration lacks [Pa*s^2/m^6]."""
@@ -92,7 +92,7 @@ def test_what_a_term_does_fades_to_nothing(returning: Seen) -> None:
     A processor takes ten times as long for them, and products of two must not be such either.
     """
     fitter, _, _ = returning
-    frozen = replace(fitter.batch.frozen[0], forms=None)
+    frozen = fitter.batch.frozen[0]
     term = np.zeros((len(frozen.experiment.readings["position"]), 1))
     term[200:300] = 1e4
     column = fitter.predictor.through(frozen, RETURN, term)[0]
