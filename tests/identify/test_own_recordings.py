@@ -1,9 +1,12 @@
 """The emulator's own recordings: the same experiment from every format that it writes."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
 from rigs import START, bench, reference, set_point
 
 from hil_emulator.api.logs import Meaning, experiments
@@ -54,6 +57,38 @@ def test_a_set_point_acts_after_the_readings_before_it(
     for name in CHANNELS:
         np.testing.assert_allclose(found.readings[name], table[name], rtol=1e-8)
     assert not any(name.startswith("model.") for name in found.readings)
+
+
+@given(
+    first=st.integers(0, 200), count=st.integers(60, 100), scale=st.floats(0.1, 1.5),
+    channel=st.sampled_from(CHANNELS), missing=st.booleans(),
+)  # fmt: skip
+@settings(
+    max_examples=6, deadline=None, phases=[Phase.explicit, Phase.generate],
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)  # fmt: skip
+def test_every_format_gives_the_same_experiment(
+    recording: Recording, tmp_path_factory: pytest.TempPathFactory, first: int, count: int,
+    scale: float, channel: str, missing: bool,
+) -> None:  # fmt: skip
+    """Any part of a run, with any size of a reading and with missing ones, gives one experiment.
+
+    So every format gives the same verdict: nothing else of a file is examined.
+    """
+    rows = recording.rows[first : first + count].copy()
+    column = list(recording.units).index(channel)
+    rows[:, column] *= scale
+    rows[3, column] = np.nan if missing else rows[3, column]
+    part = replace(recording, rows=rows, frames=[])
+    endings = (".rec", ".csv", ".npz", ".parquet", ".mf4", ".mat")
+    folder = tmp_path_factory.mktemp("part")
+    one, *others = (read(part, folder / f"{ending[1:]}{ending}") for ending in endings)
+    for other in others:
+        assert other.period == pytest.approx(one.period)
+        np.testing.assert_allclose(other.current, one.current, rtol=1e-8)
+        assert other.readings.keys() == one.readings.keys()
+        for name, values in one.readings.items():
+            np.testing.assert_allclose(other.readings[name], values, rtol=1e-8)
 
 
 @pytest.mark.parametrize("ending", [".blf", ".asc", ".log", ".pcapng"])
