@@ -64,7 +64,7 @@ def test_a_set_point_acts_after_the_readings_before_it(
     channel=st.sampled_from(CHANNELS), missing=st.booleans(),
 )  # fmt: skip
 @settings(
-    max_examples=6, deadline=None, phases=[Phase.explicit, Phase.generate],
+    max_examples=3, deadline=None, phases=[Phase.explicit, Phase.generate],
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )  # fmt: skip
 def test_every_format_gives_the_same_experiment(
