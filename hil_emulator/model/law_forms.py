@@ -58,7 +58,7 @@ class LawForm:
     source: str
 
 
-RESISTANCES_IN_SERIES = 0.7
+RESISTANCES_IN_SERIES = 0.2
 """Standard deviation of the share of the way from the model's form to that of resistances in
 series (assumed: both are usual)."""
 
