@@ -94,18 +94,11 @@ def run(
             required recording.
 
     """
-    if scenario and duration is not None:
-        raise UserError("--duration: the scenario has its own duration; leave the option out")
-    if clock == "lockstep" and duration is None and not scenario:
-        raise UserError("the lock-step clock does not wait: add --duration")
+    _check_duration(clock, duration, scenario)
     runs = scenario.runs() if scenario else []
     settings = load_machine(scenario.configuration(files) if scenario else files)
     if len(settings.actuators) > 1:
-        if bus or scenario or operation != Operation(processes=operation.processes):
-            raise UserError(
-                "--bus, --port, --control, --panel and --scenario are for one actuator; run its "
-                "own files"
-            )
+        _check_machine(bus, operation, scenario)
         run_machine(settings, clock, duration, recording, faults, operation.processes)
         return 0
     if len(runs) > 1 and (operation.panel or operation.control):
@@ -129,6 +122,23 @@ def run(
             return play_runs(scenario, runs, config, recording, run_once)
         run_once(None, config, recording)
         return 0
+
+
+def _check_duration(clock: str, duration: float | None, scenario: ScenarioOptions | None) -> None:
+    """Refuse a duration that contradicts the scenario or that the clock lacks."""
+    if scenario and duration is not None:
+        raise UserError("--duration: the scenario has its own duration; leave the option out")
+    if clock == "lockstep" and duration is None and not scenario:
+        raise UserError("the lock-step clock does not wait: add --duration")
+
+
+def _check_machine(bus: str | None, operation: Operation, scenario: ScenarioOptions | None) -> None:
+    """Refuse options that a machine of several actuators does not have."""
+    if bus or scenario or operation != Operation(processes=operation.processes):
+        raise UserError(
+            "--bus, --port, --control, --panel and --scenario are for one actuator; run its own "
+            "files"
+        )
 
 
 def _on_bus(

@@ -59,7 +59,7 @@ def laid(files: Sequence[Path], texts: Sequence[str], admit: Admit) -> Layers:
 
 
 def _refuse_machine(merged: Mapping[str, Any], origin: Mapping[tuple[str, ...], Path]) -> None:
-    """Refuse a machine of several actuators; the message names the files of one of them."""
+    """Refuse a machine of several actuators; the message names the files of a single one."""
     if "actuator" not in merged:
         return
     given = merged["actuator"]

@@ -173,7 +173,7 @@ def read_value(content: object) -> dict[str, Any]:
     wrong = [key for key in content if key != kind and key not in KEYS[kind]]
     if wrong:
         keys = ", ".join(KEYS[kind]) or "nothing"
-        raise ValueError(f"unknown key '{wrong[0]}'; beside {kind} may stand {keys}")
+        raise ValueError(f"unknown key '{wrong[0]}'; an entry with {kind} takes {keys}")
     return _of_kind(kind, content)
 
 

@@ -14,6 +14,8 @@ from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.identify.selection.starts import Confirmation
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
+pytestmark = pytest.mark.usefixtures("exact_forms")
+
 DELAY = 7e-4
 """Of the set point that the machine has and the configuration lacks [s]."""
 
@@ -45,7 +47,7 @@ def test_a_delay_is_found_behind_the_slow_valve_that_was_fitted_in_its_place(
     delay = effect("transport_delay")
     found = Confirmation(fitter, fit).best(scan(fitter, fit, [delay]), 1)[0]
     assert found.start is not None
-    assert found.estimate * delay.scale == pytest.approx(DELAY, rel=0.1)
+    assert found.estimate * delay.scale == pytest.approx(DELAY, rel=0.05)
     assert abs(found.start[valve]) < 1.0
 
 
@@ -62,4 +64,4 @@ def test_what_a_parameter_stands_in_for_is_looked_for_where_it_is_as_configured(
     first = [next(s for s in scores if s.coordinate is other)]
     found = Confirmation(fitter, fit).stood_in_for(scores, first, 1)
     assert [s.coordinate.name for s in found] == ["overlap", "transport_delay"]
-    assert found[1].estimate * delay.scale == pytest.approx(DELAY, rel=0.1)
+    assert found[1].estimate * delay.scale == pytest.approx(DELAY, rel=0.05)

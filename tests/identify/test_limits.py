@@ -20,6 +20,8 @@ from tests.studies.generator.bench import TRAINING, VALIDATION, record
 from tests.studies.generator.cases import case, machine
 from tests.studies.generator.sensors import CHANNELS
 
+pytestmark = pytest.mark.usefixtures("exact_forms")
+
 RATE = 1.5
 """Rate limit of the machine's spool [A/s]: its largest steps take 8 ms."""
 
@@ -41,13 +43,15 @@ def recorded(kind: str, rate: float = RATE, duration: float = 1.0) -> Experiment
 
 
 def test_a_limit_is_tried_nearer_than_infinity(unlimited: Configuration) -> None:
-    """It is the likeliest of all candidates, though its derivative there shows little of it."""
+    """Its derivative is nothing, and it is the likeliest of all candidates all the same."""
     model = PlantModel(unlimited, CACHE)
     fitter = Fitter(Observer(model, CHANNELS), [recorded("steps")])
     free = parameters.ordinary(model)
     base = converge(fitter, free, np.zeros(len(free)))
     limits = [c for c in parameters.candidates(model, CHANNELS) if c.inverse and not c.channel]
     scores = scan(fitter, base, limits)
+    limit = next(s for s in scores if s.coordinate.name == "spool_rate_limit")
+    assert limit.statistic == 0.0
     likeliest = Confirmation(fitter, base).best(scores, 1)[0]
     assert likeliest.coordinate.name == "spool_rate_limit"
     assert likeliest.statistic > 100.0

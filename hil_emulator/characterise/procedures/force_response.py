@@ -3,8 +3,8 @@
 Small sines of the current, much smaller than the opening at null, about the current that holds the
 rod; f_h from the pressure sensors, f from the load cell. Dry friction is switched off, as in the
 linear model, and so is an overlap: the test is at the edges of the dead band, where a driver that
-compensates it works. Beside the measured responses stand both transfer functions of S1, whose edges
-are turbulent, and the exact linearisation of the model.
+compensates it works. The picture shows the measured responses, both transfer functions of S1, whose
+edges are turbulent, and the exact linearisation of the model.
 """
 
 import math

@@ -1,6 +1,6 @@
 """Experiments with the same noise: emulator runs with one seed, or one run given twice.
 
-A parameter that fits the noise of one of them fits it in all, also in held-out data. So experiments
+A parameter that fits the noise of one copy fits it in all, also in held-out data. So experiments
 with the same noise count as one experiment.
 """
 
