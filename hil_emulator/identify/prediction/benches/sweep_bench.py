@@ -292,7 +292,7 @@ def _whole(values: Array) -> Array:
 def examinable(candidate: Coordinate, predictor: SweepBench) -> bool:
     """Whether a valve at rest can show an effect: nothing that takes time."""
     effect = candidate.effect
-    if effect is None:
+    if effect is None or effect.knob.unit == "s":
         return False
     if candidate.channel:
         return not effect.states and candidate.channel in predictor.channels
