@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 
-from hil_emulator.identify.data_checks import plausible
+from hil_emulator.identify.data_checks import direction
 from hil_emulator.identify.data_checks.consistency import DRIVEN, travel
 from hil_emulator.identify.measured.experiment import FLOW, REFERENCE, Experiment
 from hil_emulator.identify.prediction.benches import force_balance
@@ -86,7 +86,7 @@ def predicting(
         why = _slow(everything)
         return None if why else Observer(model, names), learn, check, why
     if "load_force" in names and {"pressure_a", "pressure_b"} & set(names):
-        turned = plausible.dissipative(everything, model.plant_values)
+        turned = direction.dissipative(everything, model.plant_values)
         return (
             force_balance.StaticObserver(model), turned[: len(learn)], turned[len(learn) :], ""
         )  # fmt: skip
@@ -107,7 +107,7 @@ def _balance(
         if lacking:
             return None, learn, check, _unknown(e, kind, lacking)
     driven = kind == "driven axis"
-    turned = plausible.dissipative([*learn, *check], model.plant_values, driven)
+    turned = direction.dissipative([*learn, *check], model.plant_values, driven)
     return (
         force_balance.StaticObserver(model, driven), turned[: len(learn)], turned[len(learn) :], ""
     )  # fmt: skip
