@@ -107,10 +107,11 @@ def _balance(
         if lacking:
             return None, learn, check, _unknown(e, kind, lacking)
     driven = kind == "driven axis"
+    stated = [model.config.bench.chambers.get(name, 0.0) for name in force_balance.CHAMBERS]
+    chambers = not driven and not all(math.isnan(pressure) for pressure in stated)
     turned = direction.dissipative([*learn, *check], model.plant_values, driven)
-    return (
-        force_balance.StaticObserver(model, driven), turned[: len(learn)], turned[len(learn) :], ""
-    )  # fmt: skip
+    balance = force_balance.StaticObserver(model, driven, chambers)
+    return balance, turned[: len(learn)], turned[len(learn) :], ""
 
 
 def _unknown(e: Experiment, kind: str, lacking: Sequence[str]) -> str:
@@ -150,7 +151,7 @@ def examinable(model: PlantModel, predictor: Predictor) -> list[Coordinate]:
     if isinstance(predictor, SweepBench):
         return [c for c in found if at_rest(c, predictor)]
     if isinstance(predictor, force_balance.StaticObserver):
-        return [c for c in found if force_balance.examinable(c, predictor.driven)]
+        return [c for c in found if force_balance.examinable(c, predictor)]
     return found
 
 

@@ -132,7 +132,9 @@ def _deviations(search: Search, fit: Fit, name: str) -> tuple[float, float, int]
     lacking, told_by = math.sqrt(search.lacks.get(name, 0.0)) * abs(float(fit.at[i])), HATS - 1
     if search.settled is None:
         spread = float(np.sqrt(fit.covariance()[i, i]))
-        found = max(spread, search.selected_in(name).trials[0].deviation)
+        # estimated noise held the effect itself when it was named
+        named = search.selected_in(name).trials[0].deviation if fit.effective is None else 0.0
+        found = max(spread, named)
     else:
         found, sizes = search.settled.deviations[name], search.settled.sizes[name]
         if sizes.elsewhere > lacking:

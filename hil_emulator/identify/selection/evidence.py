@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hil_emulator.identify.estimation.fit import Fit
+from hil_emulator.identify.prediction.free_terms.term_matching import is_constant
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.levels import (
     NEARLY_ALL,
@@ -131,15 +132,16 @@ def _as_good(trial: Trial, explained: float, best: float) -> bool:
     return explained >= min((1.0 - SMALL_PART) * best, best - chance)
 
 
-def _modesty(trial: Trial) -> tuple[int, float]:
-    """Return what equals are ordered by: assumed parameters, then what they explain of all data.
+def _modesty(trial: Trial) -> tuple[int, bool, float]:
+    """Return what equals are ordered by: assumed parameters, constants, what they explain of all.
 
     Where the noise is estimated, held-out data are too few to be added.
     """
     explained = trial.evidence.delta_chi2
     if trial.fit.effective is None:
         explained += trial.evidence.held_out
-    return _assumed(trial.score.coordinate), -explained
+    coordinate = trial.score.coordinate
+    return _assumed(coordinate), not is_constant(coordinate), -explained
 
 
 def _assumed(coordinate: Coordinate) -> int:

@@ -35,6 +35,10 @@ PRESLIDING_OF_GUIDES = 5e-5
 """The same for the guides of a driven axis [m]: rolling elements slide after 10 to 50 um
 (Armstrong-Helouvry et al. 1994). Short motions would be lost in more."""
 
+VALVE = frozenset({"valve_current", "spool_position", "supply_flow", "tank_flow"})
+CHAMBERS = frozenset({"pressure_a", "pressure_b"})
+"""Signals of parts that a bench may not have."""
+
 RETREAT = 0.1
 """Way back from which a rod has reversed, over that travel (assumed: it bends a seal by little)."""
 
@@ -59,15 +63,17 @@ class StaticObserver(ExactForms):
     Args:
         model: the model.
         driven: whether the force is that of a drive, and not what the rod passes on.
+        chambers: whether there is a chamber with a pressure.
 
     """
 
     measure = "N"
     balances: tuple[Balance, ...] = (PISTON, CELL)
 
-    def __init__(self, model: PlantModel, driven: bool = False) -> None:
+    def __init__(self, model: PlantModel, driven: bool = False, chambers: bool = True) -> None:
         self.model = model
         self.driven = driven
+        self.absent = VALVE if chambers else VALVE | CHAMBERS
         self.channels: tuple[str, ...] = ("load_force",)
         at = model.signal_names.index
         self._places = Places(
@@ -161,7 +167,8 @@ class StaticObserver(ExactForms):
 
     def regressors(self, frozen: MeasuredStates, path: Array) -> Regressors:
         """Return what a term may depend on."""
-        return regressors(path, self.model.signal_names, frozen.experiment.period)
+        e = frozen.experiment
+        return regressors(path, self.model.signal_names, e.period, absent=self.absent)
 
     def through(self, frozen: MeasuredStates, balance: Balance, terms: Array) -> Array:
         """Return the change of the residual that terms make."""
@@ -199,7 +206,7 @@ def _reversals(position: Array, velocity: Array, retreat: float) -> NDArray[np.i
     return np.array([*kept[:-1], len(position) - 1] if len(kept) > 1 else [0, len(position) - 1])
 
 
-def examinable(candidate: Coordinate, driven: bool = False) -> bool:
+def examinable(candidate: Coordinate, predictor: StaticObserver) -> bool:
     """Whether the force balance alone can show an effect; bristles need their past.
 
     The force of a drive shows what acts on the load, too; but all friction is one friction there,
@@ -208,9 +215,11 @@ def examinable(candidate: Coordinate, driven: bool = False) -> bool:
     effect = candidate.effect
     if effect is None or candidate.channel not in ("", "load_force"):
         return False
+    if any(predictor.absent & set(law.arguments) for law in effect.laws):
+        return False
     inside = all(
         law.stage in (stop, *SAMPLED) or law.stage.table == friction.table
-        or (law.stage == load and "velocity" not in law.arguments if driven
+        or (law.stage == load and "velocity" not in law.arguments if predictor.driven
             else law.stage == inertia)
         for law in effect.laws
     )  # fmt: skip

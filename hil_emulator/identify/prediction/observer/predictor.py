@@ -20,6 +20,8 @@ class Predictor(Protocol):
     channels: tuple[str, ...]
     measure: str
     """What residuals are counted in."""
+    absent: frozenset[str]
+    """Signals that the bench does not have."""
 
     @property
     def correlation_time(self) -> float:
@@ -82,6 +84,8 @@ class Predictor(Protocol):
 
 class ExactForms:
     """What predicts without those base laws whose forms differ."""
+
+    absent: frozenset[str] = frozenset()
 
     def relax(self, frozen: Any, par: Array, chan: Array) -> None:
         """Do nothing."""
