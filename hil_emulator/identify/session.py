@@ -129,6 +129,7 @@ def _identified(
     candidates = _chosen(examinable(model, predictor), question)
     ordinary = parameters.ordinary(model, tolerances(predictor))
     nuisances = felt(predictor, learn, ordinary, jobs)
+    nuisances += [c for c in ordinary if c.field in predictor.later and c not in nuisances]
     given = ordered(predictor, Investigation(learn, check, nuisances, candidates), tell, jobs)
     asked = course(predictor, given, tell, told=question.set_points, jobs=jobs)
     if asked is None:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from hil_emulator.identify.data_checks import direction
 from hil_emulator.identify.data_checks.consistency import DRIVEN, travel
@@ -22,6 +23,7 @@ from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.model.sensors import CHANNELS
+from hil_emulator.units import show
 
 FORCES = {
     "force balance": ("position", "load_force", "pressure_a", "pressure_b"),
@@ -111,6 +113,10 @@ def _balance(
     chambers = not driven and not all(math.isnan(pressure) for pressure in stated)
     turned = direction.dissipative([*learn, *check], model.plant_values, driven)
     balance = force_balance.StaticObserver(model, driven, chambers)
+    if distance := balance.presliding(turned):
+        way = show(float(f"{distance:.2g}"), "m", "mm")
+        late = f"friction: slides after a presliding_distance of {way}"
+        turned[0] = replace(turned[0], notes=(*turned[0].notes, late))
     return balance, turned[: len(learn)], turned[len(learn) :], ""
 
 

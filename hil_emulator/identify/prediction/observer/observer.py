@@ -65,6 +65,7 @@ class Observer:
 
     measure = "standard deviations of the noise"
     absent: frozenset[str] = frozenset()
+    later: frozenset[str] = frozenset()
 
     def __init__(
         self, model: PlantModel, channels: tuple[str, ...], step: float = LARGEST_STEP
