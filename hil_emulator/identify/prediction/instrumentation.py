@@ -1,5 +1,6 @@
 """What the channels that are there allow: a predictor, its effects, and how well known they are."""
 
+import copy
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -21,6 +22,7 @@ from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.observer.predictor import Predictor
 from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.nominal import of_forces
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.units import show
@@ -112,6 +114,8 @@ def _balance(
     stated = [model.config.bench.chambers.get(name, 0.0) for name in force_balance.CHAMBERS]
     chambers = not driven and not all(math.isnan(pressure) for pressure in stated)
     turned = direction.dissipative([*learn, *check], model.plant_values, driven)
+    model = copy.copy(model)
+    model.nominal = of_forces(turned)
     balance = force_balance.StaticObserver(model, driven, chambers)
     if distance := balance.presliding(turned):
         way = show(float(f"{distance:.2g}"), "m", "mm")

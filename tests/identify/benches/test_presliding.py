@@ -84,3 +84,4 @@ def test_dry_friction_of_a_damper_is_named(tmp_path: Path) -> None:
     parameter = result["parameters"]["friction_presliding_distance"]
     assert parameter["refitted"] == pytest.approx(DISTANCE, rel=0.01)
     assert not result["unknown"]
+    assert not {"coulomb_friction", "stribeck_friction"} & set(result["unseen"])

@@ -54,6 +54,23 @@ def test_a_new_valve_agrees(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_a_worn_valve_of_25_ma_is_not_below_what_is_visible(tmp_path: Path) -> None:
+    """Leakage of 0.66 l/min at null is underlap or wear of the lands: the data show both."""
+    config = tmp_path / "large.toml"
+    config.write_text(LEAKAGE.read_text().replace('"10 mA"', '"25 mA"'))
+    files = []
+    for i, top in enumerate((3e-3, 2e-3)):
+        file = leaking(tmp_path / f"{i}.csv", top, 2 + i, 3e-4)
+        rows = np.loadtxt(file, delimiter=",", skiprows=1)
+        rows[:, 1] *= 2.5
+        heads = file.read_text().splitlines()[0].split(",")
+        files.append(recorded(file, dict(zip(heads, rows.T, strict=True))))
+    result, _ = asked("identify", config, files, [], tmp_path)
+    assert names(result) == ["underlap"]
+    assert not {"underlap", "land_leakage"} & set(result["unseen"])
+
+
+@pytest.mark.slow
 def test_a_meter_that_lags_is_named(tmp_path: Path) -> None:
     """The meter of the supply follows its flow by 1.07 s; the layer holds it as a comment."""
     config = tmp_path / "worn.toml"

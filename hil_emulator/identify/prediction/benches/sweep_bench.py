@@ -5,6 +5,7 @@ otherwise both ports are blocked, and their pressures are predicted. A line that
 takes what the pilot stage would else give to the return line.
 """
 
+import copy
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -26,6 +27,7 @@ from hil_emulator.identify.prediction.free_terms.regressors import Regressors, r
 from hil_emulator.identify.prediction.model_run.records import Sweep, Unknowns
 from hil_emulator.identify.prediction.observer.predictor import ExactForms
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.nominal import of_leakage
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.prediction.plant.probes import PROBES
 from hil_emulator.identify.prediction.residuals.correlation import Noise
@@ -280,6 +282,8 @@ def sweep_bench(
             "no channel that a sweep could show: add a flow "
             f"({', '.join(FLOWS)}), or the pressures of blocked ports"
         )
+    model = copy.copy(model)
+    model.nominal = of_leakage(model.nominal, experiments, model.plant_values)
     shortest = min(e.samples * e.period for e in experiments)
     return SweepBench(model, tuple(channels), given, CORRELATED_SHARE * shortest), ""
 

@@ -15,6 +15,7 @@ from hil_emulator.identify.prediction.model_run.records import ParametrisedModel
 from hil_emulator.identify.prediction.plant.active_states import ActiveStates
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate, scaled
 from hil_emulator.identify.prediction.plant.machine_code import bind
+from hil_emulator.identify.prediction.plant.nominal import nominal
 from hil_emulator.identify.prediction.plant.probes import DRIFT, PROBES
 from hil_emulator.identify.prediction.plant.sensor_memory import SensorMemory, followed, recorded
 from hil_emulator.model import kernel, quantities
@@ -80,8 +81,9 @@ class PlantModel:
         self.loops = bind(self.kernel, cache)
         # ends that nobody has stated tell nothing of a log, whose position may count from anywhere
         gone = {e.field_of(p) for e in config.effects if e not in self.effects for p in e.params}
-        said = {n: v for n, v in config.plant.items() if n not in config.unsaid | gone}
-        self.plant_values = self._with_shapes(said)
+        stated = {n: v for n, v in config.plant.items() if n not in config.unsaid | gone}
+        self.nominal = nominal(stated, self.rated)
+        self.plant_values = self._with_shapes(stated)
         self.par = fill(self.kernel.parameters, self.kernel.effects, self.plant_values)
         self.names = tuple(c.name for c in CHANNELS)
         rows = [self.transducer(name, config.sensors.get(name, {})) for name in self.names]
@@ -189,11 +191,12 @@ class PlantModel:
 
     def knob(self, effect: Effect, channel: str, prior: float) -> Coordinate:
         """Return the knob of an effect as a coordinate."""
-        knob = self.sized(effect.knob, effect.stage.table)
+        table = effect.stage.table
+        knob = self.nominal.sized(self.sized(effect.knob, table), effect.stage)
         knob = of_a_meter(knob) if channel in FLOWS else knob
-        span = SPANS[channel] if channel and knob.unit == "span" else 1.0
+        span = self._span(channel) if channel and knob.unit == "span" else 1.0
         field = effect.field_of(knob)
-        table = self.chan if channel else self.par
+        memory = self.chan if channel else self.par
         at = (self.names.index(channel) * len(self._chan_at) + self._chan_at[field]
               if channel else self._par_at[field])  # fmt: skip
         inverse = math.isinf(effect.off)
@@ -203,16 +206,20 @@ class PlantModel:
             field=field, channel=channel, unit=unit,
             shown="" if span != 1.0 else knob.shown,
             scale=1.0 / (knob.typical * span) if inverse else abs(knob.typical - effect.off) * span,
-            neutral=float(table[at]), scaling="inverse" if inverse else "linear",
+            neutral=float(memory[at]), scaling="inverse" if inverse else "linear",
             low=knob.low * span, high=knob.high * span, prior=prior, effect=effect,
         )  # fmt: skip
+
+    def _span(self, channel: str) -> float:
+        """Return the usual range of a channel of this machine."""
+        return SPANS[channel] * self.nominal.span(channel)
 
     def shapes(self, knob: Coordinate) -> list[Coordinate]:
         """Return what else the law of an effect holds, to be fitted around what is usual."""
         effect = knob.effect
         if effect is None:
             return []
-        span = SPANS[knob.channel] if knob.channel else 1.0
+        span = self._span(knob.channel) if knob.channel else 1.0
         table = self.chan if knob.channel else self.par
         found = []
         for p in (self.sized(shape, effect.stage.table) for shape in effect.shape):
