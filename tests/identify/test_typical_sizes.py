@@ -87,7 +87,7 @@ def test_a_leakage_bench_goes_by_its_largest_flow(
 
 
 def test_a_bench_of_forces_goes_by_its_largest_force() -> None:
-    """Of a damper of 19 kN the usual Coulomb friction is 590 N, as 100 N are of 3.2 kN."""
+    """Of a damper of 19 kN on a bench for 57 kN 1.8 kN are usual, as 100 N are of 3.2 kN."""
     config = load([bench("driven_axis")])
     wave = np.sin(np.linspace(0.0, 20.0, 500))
     readings = {"position": 0.1 + 0.02 * wave, "load_force": 19e3 * np.sign(np.gradient(wave))}
@@ -96,5 +96,5 @@ def test_a_bench_of_forces_goes_by_its_largest_force() -> None:
     predictor, *_ = predicting(model, logs, [])
     assert predictor is not None
     sizes = {c.name: c.scale for c in examinable(predictor.model, predictor)}
-    assert sizes["stribeck_friction"] == pytest.approx(590.0)
-    assert sizes["load_force.offset"] == pytest.approx(295.0)
+    assert sizes["stribeck_friction"] == pytest.approx(1800.0)
+    assert sizes["load_force.offset"] == pytest.approx(900.0)

@@ -102,7 +102,7 @@ def predicting(
 
 
 def _balance(
-    model: PlantModel, learn: list[Experiment], check: list[Experiment], contrary: str = ""
+    model: PlantModel, learn: list[Experiment], check: list[Experiment]
 ) -> tuple[Predictor | None, list[Experiment], list[Experiment], str]:
     """Return what predicts on a bench that the configuration declares to be one of forces."""
     kind = model.config.bench.kind

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hil_emulator.identify.estimation.fit import Fit
-from hil_emulator.identify.prediction.free_terms.term_matching import is_constant
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.levels import (
     NEARLY_ALL,
@@ -133,15 +132,16 @@ def _as_good(trial: Trial, explained: float, best: float) -> bool:
 
 
 def _modesty(trial: Trial) -> tuple[int, bool, float]:
-    """Return what equals are ordered by: assumed parameters, constants, what they explain of all.
+    """Return what equals are ordered by: assumed parameters, the place, what they explain of all.
 
-    Where the noise is estimated, held-out data are too few to be added.
+    Where the noise is estimated, as on a bench of forces, effects of the machine come before errors
+    of the load cell, and held-out data are too few to be added.
     """
     explained = trial.evidence.delta_chi2
     if trial.fit.effective is None:
         explained += trial.evidence.held_out
-    coordinate = trial.score.coordinate
-    return _assumed(coordinate), not is_constant(coordinate), -explained
+    coordinate, bench = trial.score.coordinate, trial.fit.effective is not None
+    return _assumed(coordinate), bench and bool(coordinate.channel), -explained
 
 
 def _assumed(coordinate: Coordinate) -> int:

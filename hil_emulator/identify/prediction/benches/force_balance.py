@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hil_emulator.identify.data_checks.plausible import hydraulic_force
 from hil_emulator.identify.measured.experiment import Array, Experiment, Mask
 from hil_emulator.identify.prediction.benches.boundary import with_values
 from hil_emulator.identify.prediction.benches.kinematics import Motion, motion
@@ -114,13 +115,17 @@ class StaticObserver(ExactForms):
         field = "friction_presliding_distance"
         distance = self.model.plant_values[field]
         if field not in self.model.config.stated:
-            paths = [Path(self._motion(e).states, e.readings["load_force"]) for e in experiments]
-            distance = distance_of(paths)
+            distance = distance_of([self._path(e) for e in experiments])
         if distance <= (PRESLIDING_OF_GUIDES if self.driven else PRESLIDING) / SLID_AFTER:
             return 0.0
         self.model = with_values(self.model, {field: distance, **AT_ANY_SPEED})
         self.later = frozenset({field})
         return distance
+
+    def _path(self, e: Experiment) -> Path:
+        """Return the motion of the rod, and what the chambers leave of the load force."""
+        left = e.readings["load_force"] - hydraulic_force(e, self.model.plant_values)
+        return Path(self._motion(e).states, left)
 
     @property
     def correlation_time(self) -> float:
@@ -148,12 +153,12 @@ class StaticObserver(ExactForms):
         present = np.isfinite(states).all(axis=1) & np.isfinite(measured[:, 0])
         seen = np.isfinite(experiment.readings["position"])
         present &= seen
-        # between the readings around a gap nothing tells where the rod turned
         if self.later:
             # the bend at the start is unknown until the first reversal
             edges = reversals(position, velocity, RETREAT * par[self._distance])
             present[: edges[1] if len(edges) > 2 else 0] = False
         else:
+            # between the readings around a gap nothing tells where the rod turned
             bend = PRESLIDING_OF_GUIDES if self.driven else PRESLIDING
             present[seen] &= _sliding(position[seen], velocity[seen], bend)
         states[~present] = 0.0

@@ -40,7 +40,7 @@ class Path(NamedTuple):
 
     Attributes:
         states: position [m], velocity [m/s], acceleration [m/s^2], shape (samples, 3).
-        force: load force [N], NaN where missing.
+        force: load force less that of the chambers [N], NaN where missing.
 
     """
 

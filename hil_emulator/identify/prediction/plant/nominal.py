@@ -123,10 +123,15 @@ def _rounded(ratio: float) -> float:
     return float(f"{ratio:.2g}") if math.isfinite(ratio) and ratio > 0.0 else 1.0
 
 
+SPARE = 3.0
+"""Force that a bench is built for, over the largest that is recorded (assumed: so are load cells
+chosen)."""
+
+
 def of_forces(experiments: Sequence[Experiment]) -> Nominal:
     """Return the sizes of a bench of forces, by the largest load force that was recorded."""
     largest = max(float(np.nanmax(np.abs(e.readings["load_force"]))) for e in experiments)
-    return Nominal(force=_rounded(largest / REFERENCE_FORCE))
+    return Nominal(force=_rounded(SPARE * largest / REFERENCE_FORCE))
 
 
 LEAKS = 0.3
