@@ -9,9 +9,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from hil_emulator.config.load import load
+from hil_emulator.identify.measured.experiment import Experiment
+from hil_emulator.identify.prediction.benches.boundary import bounded
+from hil_emulator.identify.prediction.benches.force_balance import StaticObserver
 from hil_emulator.identify.prediction.benches.presliding import Path as Motion
 from hil_emulator.identify.prediction.benches.presliding import directions, distance_of
-from tests.identify.benches.asked import asked, recorded
+from hil_emulator.identify.prediction.instrumentation import predicting
+from hil_emulator.identify.prediction.plant.plant_model import PlantModel
+from hil_emulator.platform.paths import cache_folder
+from tests.identify.benches.asked import asked, bench, recorded
 
 DISTANCE = 5.7e-3
 FORCE = 5000.0
@@ -68,6 +75,19 @@ def test_the_distance_follows_from_the_force(distance: float, within: float) -> 
     rows = slice(None, None, 100)
     path = Motion(np.column_stack([x, v, a])[rows], force[rows])
     assert distance_of([path]) == pytest.approx(distance, rel=within)
+
+
+def test_motions_stay_in_their_process() -> None:
+    """They are kept by the identity of a log, which another log may have in another process."""
+    x, v, _ = moved(0)
+    force = FORCE * bent(v, DISTANCE)[::100]
+    log = Experiment("damper", 0.01, np.zeros(0), {"position": 0.1 + x[::100], "load_force": force})
+    config = load([bench("driven_axis")])
+    model = bounded(PlantModel(config, cache_folder()), config.bench)
+    predictor, *_ = predicting(model, [log], [])
+    assert isinstance(predictor, StaticObserver)
+    assert predictor.__dict__["_motions"]
+    assert predictor.__getstate__()["_motions"] == {}
 
 
 @pytest.mark.slow

@@ -7,6 +7,7 @@ that something else drives, the force is that of the drive: it moves the load ag
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -102,6 +103,10 @@ class StaticObserver(ExactForms):
         )  # fmt: skip
         self._motions: dict[int, tuple[Experiment, Motion]] = {}
         self.later: frozenset[str] = frozenset()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what another process gets: there, other experiments have these identities."""
+        return self.__dict__ | {"_motions": {}}
 
     def presliding(self, experiments: Sequence[Experiment]) -> float:
         """Follow the bend of what slides late along the path; return its distance [m], or 0.

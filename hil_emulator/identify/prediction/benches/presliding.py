@@ -31,6 +31,9 @@ FINER = 1.1
 SHORTEST = 1e-5
 """Least of them [m] (assumed: guides slide after 10 to 50 um)."""
 
+MOST = 20_000
+"""Samples of a log that are looked at; of a longer one, evenly chosen ones."""
+
 STROKES = 0.25
 """Largest of them over the travel: friction changes its direction within four distances."""
 
@@ -91,6 +94,7 @@ def distance_of(paths: Sequence[Path]) -> float:
 
     Each log is fitted by dry and viscous friction, inertia, a spring and a constant.
     """
+    paths = [Path(*(part[:: -(-len(part) // MOST)] for part in path)) for path in paths]
     travel = max(float(np.ptp(path.states[:, 0])) for path in paths)
     count = max(0, int(math.log(STROKES * travel / SHORTEST) / math.log(FINER)))
     distances = SHORTEST * FINER ** np.arange(count)
