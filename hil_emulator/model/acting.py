@@ -102,7 +102,9 @@ def build_acting(
     # numba finds the function through a module of this name
     module = ModuleType(file.stem if file else "hil_emulator_acting")
     sys.modules[module.__name__] = module
-    module.__dict__.update(whole.parts)
+    # machine code that other processes kept is linked by name: with the whole model's, the code for
+    # one set of effects would be run as that for another
+    module.__dict__.update({n: part for n, part in whole.parts.items() if not n.startswith("__")})
     module.__dict__["entry_point"] = entry_point(file)
     exec(compile(source, str(file or "<acting>"), "exec"), module.__dict__)
     tick: Callable[..., bool] = module.tick
