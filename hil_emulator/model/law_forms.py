@@ -132,6 +132,7 @@ class UsualEffect:
         name: of the effect.
         size: standard deviation of its knob in a machine, from the machine's parameters.
         source: of the size.
+        fitted: whether it is a parameter where data show it, as it does not act in proportion.
 
     """
 
@@ -139,6 +140,7 @@ class UsualEffect:
     name: str
     size: Callable[[Mapping[str, float]], float]
     source: str
+    fitted: bool = False
 
 
 THIRD_ORDER = 0.3
@@ -153,7 +155,7 @@ USUAL = (
     UsualEffect("stiffness of the oil", "modulus_pressure", lambda _: 15.0,
                 "5 to 12 of oil alone, more with hoses (Gholizadeh et al. 2011)"),
     UsualEffect("stiffness of the oil", "entrained_air", lambda _: 0.003, "assumed: 0.1 to 1 %"),
-    UsualEffect("dynamics of the spool", "driver_lag", _further_lag, "coil and driver"),
+    UsualEffect("dynamics of the spool", "driver_lag", _further_lag, "coil and driver", True),
     UsualEffect("dynamics of the spool", "pilot_lag", _further_lag, "Thayer 1965"),
 )  # fmt: skip
 """Effects that every machine has a little of."""

@@ -42,7 +42,7 @@ def test_a_narrow_return_line_is_a_pressure_over_the_flow_through_it(returning: 
     best = max(returning[1], key=lambda t: t.certain)
     assert best.title == "return pressure over return flow"
     flow = best.knots[-1]
-    assert best.curve[-1] == pytest.approx(RESISTANCE * flow**2, rel=0.3)
+    assert best.curve[-1] == pytest.approx(RESISTANCE * flow**2, rel=0.35)
     assert abs(best.curve[1]) < 0.2 * best.curve[-1]
 
 
