@@ -105,7 +105,7 @@ def test_a_self_starting_device_is_named(
     eds = write_eds(tmp_path / "local.eds")
     device = LocalDevice(eds, self_starting=True)
     run_on(device, eds, "--case", "2.1")
-    assert "add --self-starting if it is meant to be" in capsys.readouterr().out
+    assert "add --self-starting if this is intended" in capsys.readouterr().out
     run_on(device, eds, "--case", "2.1", "--self-starting")
     assert "--self-starting" not in capsys.readouterr().out
 
