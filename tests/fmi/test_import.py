@@ -173,11 +173,11 @@ def test_only_the_built_in_plant_has_parameters_to_break(crane: Path) -> None:
         (("x[1]", "x[2]"), "no variable 'x\\[2\\]'; of kind output there are motor.F"),
         (("motor.i", "motor.F"), "'motor.F' is of kind output, wanted is input"),
         (("[kN]", "[kg]"), "'motor.F' is in 'kg', wanted is a unit like N"),
-        (("position =", "place ="), "place: there is none"),
+        (("position =", "place ="), "place: unknown"),
         (("crane.fmu", "cranes.fmu"), "there is no such FMU"),
         (("crane.fmu", "layer.toml"), "is no FMU"),
         (("misdeed = 0", "misdeed = 1"), "nitializ"),
-        (('fmu = "crane.fmu"', ""), "names none"),
+        (('fmu = "crane.fmu"', ""), "without naming it"),
     ],
 )
 def test_a_wrong_wiring_is_told_before_the_first_frame(
