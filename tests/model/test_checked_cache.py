@@ -1,4 +1,4 @@
-"""Machine code in files that something has damaged."""
+"""Machine code in damaged files."""
 
 import errno
 import os
@@ -46,7 +46,7 @@ def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def module(filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return a module with machine code beside it, to be damaged."""
+    """Return a module with its machine code in the same folder, to be damaged."""
     monkeypatch.setattr(numba.core.config, "CACHE_DIR", "")
     shutil.copytree(filled, tmp_path / "kernels")
     return tmp_path / "kernels" / "module.py"
@@ -91,7 +91,7 @@ def test_damaged_files_are_replaced(
 
 @pytest.mark.parametrize("ending", ["nbi", "nbc", "sha256"])
 def test_a_missing_file_or_a_folder_in_its_place_is_replaced(module: Path, ending: str) -> None:
-    """As if nothing had been compiled before."""
+    """The function is compiled as for the first time."""
     file = kept(module, ending)
     file.unlink()
     assert [compiled_anew(module), compiled_anew(module)] == [True, False]
@@ -102,7 +102,7 @@ def test_a_missing_file_or_a_folder_in_its_place_is_replaced(module: Path, endin
 
 
 def test_code_that_cannot_be_unpickled_is_replaced(module: Path) -> None:
-    """What it refers to may no longer exist, although it is what was written."""
+    """An intact file may refer to objects that no longer exist."""
     cache = start(module)._cache
     kept(module, "nbc").write_bytes(b"cno_such_module\nname\n.")
     kept(module, "sha256").write_text(cache._digest())
@@ -110,7 +110,7 @@ def test_code_that_cannot_be_unpickled_is_replaced(module: Path) -> None:
 
 
 def test_damaged_files_that_stay_do_no_harm(module: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Files of another user in a shared folder, say: the function is compiled each time."""
+    """The function is compiled each time, as with files of another user in a shared folder."""
     kept(module, "nbi").write_bytes(b"\x80")
     monkeypatch.setattr(Path, "unlink", refusal)
     assert [compiled_anew(module), compiled_anew(module)] == [True, True]
@@ -147,7 +147,7 @@ def test_without_a_folder_to_write_in_nothing_is_kept(
 
 
 def test_a_damaged_module_is_written_again(tmp_path: Path) -> None:
-    """It is kept as it should be, or not at all where something else is in its place."""
+    """It is written as it should be, or not at all where something else is in its place."""
     file = keep(SOURCE, tmp_path)
     assert file
     for damage in DAMAGES.values():

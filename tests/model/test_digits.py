@@ -1,4 +1,4 @@
-"""Readings as digits: the same numbers as the dictionary's own rounding gives."""
+"""Readings as digits: the same numbers as from the rounding of the object dictionary."""
 
 import math
 
@@ -36,7 +36,7 @@ def test_a_word_has_its_least_significant_byte_first() -> None:
 
 
 def test_model_and_device_mean_the_same_by_count_and_time() -> None:
-    """Neither knows the other, so that their words for it are compared here."""
+    """Neither imports the other, so that their names for it are compared here."""
     assert (packed_tpdos.COUNT, packed_tpdos.TIME) == (digits.COUNT, digits.TIME)
 
 
