@@ -77,11 +77,11 @@ def response(effect: Effect) -> Response:
 
 
 def _run(effect: Effect, strength: Mapping[str, float]) -> np.ndarray:
-    """Return what is seen of a run, shape (ticks, signals): by sensors where it is theirs."""
+    """Return the sensors' readings during a run, shape (ticks, signals)."""
     of_sensor = effect.stage.table == "sensors"
     kernel = compiled(CATALOGUE, cache_folder())
-    own = {} if of_sensor else strength
-    plant = Plant(kernel, {**KNEE.plant, **BESIDE.get(effect.name, {}), **own}, KNEE.step)
+    strengths = {} if of_sensor else strength
+    plant = Plant(kernel, {**KNEE.plant, **BESIDE.get(effect.name, {}), **strengths}, KNEE.step)
     spans = {c.name: c.span for c in CHANNELS}
     scaled = {p.name for p in effect.params if p.unit.startswith("span")}
     settings = {
@@ -103,16 +103,16 @@ def _run(effect: Effect, strength: Mapping[str, float]) -> np.ndarray:
     return np.array(rows)
 
 
-def drawn(found: Response) -> Figure:
+def drawn(step: Response) -> Figure:
     """Draw it."""
-    unit = next(c.unit for c in CHANNELS if c.name == found.signal)
+    unit = next(c.unit for c in CHANNELS if c.name == step.signal)
     factor, shown = SHOWN[unit]
     figure = Figure(figsize=(6.4, 2.2), layout="constrained")
     axes = figure.subplots()
-    axes.plot(found.time, factor * found.without, "--", color=VERMILION, lw=1.2, label="off")
-    axes.plot(found.time, factor * found.within, color=BLUE, lw=1.2, label="typical")
+    axes.plot(step.time, factor * step.without, "--", color=VERMILION, lw=1.2, label="off")
+    axes.plot(step.time, factor * step.within, color=BLUE, lw=1.2, label="typical")
     axes.set_xlabel("time [s]")
-    axes.set_ylabel(f"{found.signal.replace('_', ' ')} [{shown}]")
+    axes.set_ylabel(f"{step.signal.replace('_', ' ')} [{shown}]")
     axes.spines[["top", "right"]].set_visible(False)
     axes.legend(frameon=False, fontsize=8)
     return figure
