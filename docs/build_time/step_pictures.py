@@ -30,7 +30,7 @@ SEEN = ("position", "load_force", "pressure_a", "pressure_b", "supply_pressure",
 SHOWN = {"Pa": (1e-5, "bar"), "m": (1e3, "mm"), "A": (1e3, "mA"), "m/s": (1.0, "m/s"),
          "N": (1.0, "N")}  # fmt: skip
 
-BESIDE: Mapping[str, Mapping[str, float]] = {
+FURTHER: Mapping[str, Mapping[str, float]] = {
     "oil_heating": {"viscosity_temperature_slope": 3.68},
     "viscosity_temperature": {"oil_temperature": 333.15},
     "modulus_temperature": {"oil_temperature": 333.15},
@@ -39,7 +39,7 @@ BESIDE: Mapping[str, Mapping[str, float]] = {
     "pump_friction": {"fixed_pump_flow": 10e-3 / 60},
     "wall": {"initial_position": 0.04},
 }
-"""What an effect acts on, where the reference machine has it not."""
+"""Further parameters of effects that do not act on the reference machine alone."""
 
 VISIBLE = 1e-4
 """Deviation over a signal's range from which a picture shows it (assumed)."""
@@ -81,7 +81,7 @@ def _run(effect: Effect, strength: Mapping[str, float]) -> np.ndarray:
     of_sensor = effect.stage.table == "sensors"
     kernel = compiled(CATALOGUE, cache_folder())
     strengths = {} if of_sensor else strength
-    plant = Plant(kernel, {**KNEE.plant, **BESIDE.get(effect.name, {}), **strengths}, KNEE.step)
+    plant = Plant(kernel, {**KNEE.plant, **FURTHER.get(effect.name, {}), **strengths}, KNEE.step)
     spans = {c.name: c.span for c in CHANNELS}
     scaled = {p.name for p in effect.params if p.unit.startswith("span")}
     settings = {

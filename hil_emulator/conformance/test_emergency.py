@@ -214,7 +214,7 @@ def test_each_error_is_cleared(device: Device) -> None:
 
 
 @case("5.309")
-def test_history_begins_anew(device: Device) -> None:
+def test_history_restarts(device: Device) -> None:
     """After 0 is written to 0x1003:00 the next error is the only one in the history."""
     need_writable(device, ERROR_HISTORY)
     need_object(device, ERROR_HISTORY, 2)

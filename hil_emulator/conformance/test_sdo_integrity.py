@@ -134,7 +134,7 @@ def test_segments_have_the_announced_length(device: Device) -> None:
 
 
 @case("2.307")
-def test_client_may_begin_anew(device: Device) -> None:
+def test_client_may_restart(device: Device) -> None:
     """A request in the middle of a download is served or aborted, and the download discarded."""
     target = Written(device)
     target.initiate()

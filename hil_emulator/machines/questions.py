@@ -272,7 +272,9 @@ def answered(given: Mapping[str, str], ask: Callable[[Inquiry, Answers], Answer]
         if question.name in given:
             answers[question.name] = _read(question, given[question.name], answers)
             answers.given.add(question.name)
-        elif applies and question.asked(answers) and not _said_otherwise(question.name, given):
+        elif (
+            applies and question.asked(answers) and not _answered_differently(question.name, given)
+        ):
             usual = question.usual(answers)
             answers[question.name] = ask(question, answers)
             if answers[question.name] != usual:
@@ -293,7 +295,7 @@ def _governing(question: Inquiry) -> str:
     return "--pump and --accumulator" if question.applies is _stored else "--pump"
 
 
-def _said_otherwise(name: str, given: Mapping[str, str]) -> bool:
+def _answered_differently(name: str, given: Mapping[str, str]) -> bool:
     """Return whether another answer states the same quantity: drop per edge, other frequency."""
     pairs = {"pressure_drop_total": "pressure_drop_per_edge", "phase_90": "amplitude_3db"}
     return pairs.get(name) in given

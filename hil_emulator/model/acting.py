@@ -31,7 +31,7 @@ def fill_acting(parameters, par):
 
 
 @compiled
-def show_seen(y, signals):
+def store_signals(y, signals):
     """Store the signals that sensors read."""
 
     stored = view(signals, SIGNALS)
@@ -45,7 +45,7 @@ def pass_acting(memory, past, par, inputs, signals, path, step, steps):
     parameters, y = stack_array(ACTUATORS, PARAMETERS), stack_array(ACTUATORS, SIGNALS)
     fill_acting(parameters, par)
     sound = pass_given(memory, past, parameters, inputs, y, path, step, steps)
-    show_seen(y, signals)
+    store_signals(y, signals)
     return sound
 
 

@@ -222,7 +222,7 @@ class TcpBus(RuleBasedStateMachine):
         Client(self.server).reset()
 
     @invariant()
-    def the_witness_hears_what_was_sent(self) -> None:
+    def the_witness_receives_all_sent_frames(self) -> None:
         """Check that witness and owner receive every frame once, in the order of its sender."""
         self.speak_as_the_server(1)
         of_clients = sum(frame.can_id != SERVER for frame in self.sent)

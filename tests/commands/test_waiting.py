@@ -82,7 +82,7 @@ def test_compiling_is_separated_from_work() -> None:
     assert compilation_of(heard)[1]
 
 
-def test_compilation_is_known_after_a_start_without_it() -> None:
+def test_the_time_of_compilation_is_kept_after_a_start_without_it() -> None:
     """It is due again when a model or this package changes."""
     remember("work", 10.0, 30.0)
     remember("work", 11.0, 0.0)

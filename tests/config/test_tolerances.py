@@ -64,7 +64,7 @@ def test_tolerances_of_a_valve_sheet_are_combined(tmp_path: Path) -> None:
     assert laid_over(tmp_path, text).tolerances == {"valve_gain": pytest.approx(0.10)}
 
 
-def test_a_value_that_is_stated_anew_does_not_inherit_a_tolerance(tmp_path: Path) -> None:
+def test_a_replaced_value_does_not_inherit_a_tolerance(tmp_path: Path) -> None:
     """A tolerance belongs to one value only."""
     first = '[load]\nmass = { value = "60 kg", tolerance = "10 %" }\n'
     assert not laid_over(tmp_path, first, '[load]\nmass = "61 kg"\n').tolerances

@@ -144,7 +144,7 @@ def test_stored_zero_survives_a_reset(cell: Master) -> None:
 
 
 @pytest.mark.parametrize(("force", "end", "bits"), [(5001.0, 0, 2), (-5001.0, 0, 4), (10.0, 1, 2)])
-def test_status_tells_overload(cell: Master, force: float, end: int, bits: int) -> None:
+def test_status_shows_overload(cell: Master, force: float, end: int, bits: int) -> None:
     """Beyond the span, or at the end of the transducer, the status shows the direction."""
     show(cell, overrange=end, load_force=force)
     assert cell.remote.sdo[0x6150][1].raw == bits

@@ -95,7 +95,7 @@ def test_it_moves_by_the_closed_form_through_both_kinds_of_events(sliding: Path)
         assert made.signals.model.acceleration == pytest.approx(11.0, rel=1e-12)
 
 
-def test_what_it_asks_for_after_a_step_is_an_event(sliding: Path) -> None:
+def test_a_request_after_a_step_is_an_event(sliding: Path) -> None:
     """Its further force sets in at the end of the step that passes 19.99 ms: at 20 ms."""
     text = WIRED.replace(f"onset = {ONSET}", "onset = 1e9").replace("reach = 15.0", "reach = 1e9")
     with emulator(sliding, f"{text}misdeed = 11\n") as made:
@@ -104,7 +104,7 @@ def test_what_it_asks_for_after_a_step_is_an_event(sliding: Path) -> None:
         assert made.signals.model.velocity == pytest.approx(speed, rel=1e-9)
 
 
-def test_an_event_that_is_due_at_the_end_of_a_tick_is_seen_in_it(sliding: Path) -> None:
+def test_an_event_that_is_due_at_the_end_of_a_tick_acts_in_it(sliding: Path) -> None:
     """The further force sets in at 20 ms, and is in the acceleration of 20 ms."""
     text = WIRED.replace(f"onset = {ONSET}", "onset = 0.02")
     with emulator(sliding, text) as made:

@@ -44,7 +44,7 @@ WEAKER: Mapping[str, tuple[float, float]] = {
 """Shares of the typical strength at which an effect has faded, where a quarter is still strong."""
 
 
-BESIDE = frozenset(
+NOT_COMPARED = frozenset(
     {
         "gas_pressure",
         "pump_flow",
@@ -117,7 +117,7 @@ def test_off_is_bit_identical_to_absent(effect: Effect) -> None:
 @pytest.mark.parametrize("effect", PLANT, ids=lambda e: e.name)
 def test_typical_is_visible_and_fades_towards_off(effect: Effect, model: kernel.Kernel) -> None:
     """At its typical strength an effect changes a signal; at half and a quarter it does so less."""
-    kept = [n not in BESIDE for n in model.signals.names]
+    kept = [n not in NOT_COMPARED for n in model.signals.names]
     without = run(model, scene(effect), ticks=150, steps=50)[:, kept]
     runs = [
         run(model, scene(effect, **{knob_of(effect): strength(effect, share)}), 150, 50)[:, kept]

@@ -104,7 +104,7 @@ def knob() -> Param:
     return Param("strength", "N", "how much", 1.0, 0.0, 10.0)
 
 
-def test_a_law_that_asks_for_an_unknown_name_is_refused() -> None:
+def test_a_law_with_an_unknown_argument_is_refused() -> None:
     """The message names the effect, the name, and what its stage offers."""
 
     @effect(friction_stage, knob=knob(), source="test", signature="test")
@@ -165,7 +165,7 @@ def test_a_state_at_a_stage_that_is_called_four_times_is_refused() -> None:
             return opening, strength
 
 
-def test_an_effect_known_twice_is_refused() -> None:
+def test_an_effect_declared_twice_is_refused() -> None:
     """Two effects of one name would share their memory."""
     twice = (*CATALOGUE, friction.coulomb_friction)
     with pytest.raises(DeclarationError, match="declared twice"):

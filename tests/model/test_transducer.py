@@ -100,7 +100,7 @@ def test_noise_has_its_sigma_and_is_white(model: Kernel) -> None:
     assert np.mean(np.abs(readings) > 2 * 16.7) == pytest.approx(0.0455, abs=0.01)
 
 
-def test_each_channel_has_a_noise_of_its_own(model: Kernel) -> None:
+def test_each_channel_has_independent_noise(model: Kernel) -> None:
     """A channel's noise follows from seed and place alone: another channel more changes nothing."""
     bench = Bench(model, 5, position={"noise_sigma": 1.0})
     place = bench.sensors.names.index("position")

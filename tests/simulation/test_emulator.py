@@ -36,7 +36,7 @@ def test_a_condition_that_never_holds_fails_with_the_values(wait_until: Any) -> 
         wait_until("position > 70 mm", within="50 ms")
 
 
-def test_an_unknown_signal_lists_the_known_ones(emulator: Emulator) -> None:
+def test_an_unknown_signal_lists_the_available_ones(emulator: Emulator) -> None:
     """The message lists the signals, for an attribute and for a condition."""
     with pytest.raises(AttributeError, match="no signal 'speed'; there are time, valve_current"):
         _ = emulator.signals.speed
@@ -44,7 +44,7 @@ def test_an_unknown_signal_lists_the_known_ones(emulator: Emulator) -> None:
         emulator.wait_until("speed > 1 m/s")
 
 
-def test_an_unknown_setting_lists_the_known_ones(emulator: Emulator) -> None:
+def test_an_unknown_setting_lists_the_available_ones(emulator: Emulator) -> None:
     """The supply and the load can be set; a wrong unit is named."""
     with pytest.raises(UserError, match="there are supply_pressure, lines_closed"):
         emulator.set("temperature", "50 degC")
@@ -79,7 +79,7 @@ def test_the_marker_chooses_configuration_and_seed(emulator: Emulator) -> None:
     assert emulator.config.seed == 7
 
 
-def test_each_test_has_a_bus_of_its_own(emulator: Emulator) -> None:
+def test_each_test_has_a_separate_bus(emulator: Emulator) -> None:
     """A second emulator in the same process receives no frames of the first one."""
     with Emulator(emulator.config) as other:
         emulator.run_for("5 ms")

@@ -90,7 +90,7 @@ class Bench:
             bus.close()
 
 
-def test_actuators_move_on_their_own_buses(write: Write) -> None:
+def test_actuators_move_on_separate_buses(write: Write) -> None:
     """A set point for node 5 on the left bus moves only the hip."""
     bench = Bench(write(LEG))
     bench.ticks(5, "left", Frame(0x000, bytes([1, 0])))
@@ -104,7 +104,7 @@ def test_actuators_move_on_their_own_buses(write: Write) -> None:
     bench.close()
 
 
-def test_actuators_have_noise_of_their_own(write: Write) -> None:
+def test_actuators_have_independent_noise(write: Write) -> None:
     """The noise of equal actuators differs."""
     bench = Bench(write(LEG))
     bench.ticks(5, "left", Frame(0x000, bytes([1, 0])))

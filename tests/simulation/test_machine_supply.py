@@ -212,7 +212,7 @@ def test_a_recording_names_the_actuators_on_its_supply(
 
 
 @pytest.mark.slow
-def test_an_actuator_may_keep_a_supply_of_its_own(write: Write, assembled: Assembled) -> None:
+def test_an_actuator_may_keep_a_separate_supply(write: Write, assembled: Assembled) -> None:
     """The hip's flow does not change the supply of a knee that names no supply."""
     text = PAIR.removesuffix('supply = "pump"\n')
     supply = move(*assembled(write(text)), 50, "hip")

@@ -55,7 +55,7 @@ def test_every_state_is_checked(value: float) -> None:
         assert plant.culprit() == ""
 
 
-def test_the_bus_and_the_recording_know_before_the_run_ends() -> None:
+def test_bus_and_recording_report_it_before_the_run_ends() -> None:
     """An emergency is sent, and the PDO has the lowest value of its type."""
     with bench(reference()) as b:
         frames = failing(b)

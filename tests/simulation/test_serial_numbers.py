@@ -67,7 +67,7 @@ def test_fastscan_finds_one_node_after_the_other(lss: canopen.lss.LssMaster) -> 
         assert node.sdo[0x1018][4].raw == serial
 
 
-def test_the_nodes_of_a_machine_have_numbers_of_their_own() -> None:
+def test_the_nodes_of_a_machine_have_different_numbers() -> None:
     """Serial numbers are unique over all buses, and the same at every start."""
     machine = load_machine([shipped("configs/hyq_leg.toml")])
     numbers = [number for a in machine.actuators for number in serials(a.config)]
