@@ -112,6 +112,22 @@ def test_regions_of_motion_share_the_samples_among_them() -> None:
     assert len(parts) == 5
 
 
+def test_an_error_in_si_is_its_multiple_of_the_noise_times_the_noise() -> None:
+    """With one experiment that holds in all, and in each region of motion."""
+    seen = observer()
+    compared = compare(seen, model(0.0), model(LEAKAGE), [leaking()], [])
+    noise = dict(zip(seen.channels, compared.after["training"][0].noise, strict=True))
+    entries = [
+        (c, parts["training"], f"free_{when}")
+        for c, parts in measure(seen, compared).items()
+        for when in ("before", "floor")
+    ]
+    entries += [(c, errors, when) for c, parts in by_motion(seen, compared).items()
+                for errors in parts.values() for when in ("before", "after", "floor")]  # fmt: skip
+    for channel, errors, when in entries:
+        assert errors[f"{when}_rms"] == pytest.approx(errors[when] * noise[channel])
+
+
 def test_a_short_experiment_has_no_free_run_and_no_harm() -> None:
     """A fifth of a second is over before the filter knows the null: only one step is measured."""
     e = leaking()

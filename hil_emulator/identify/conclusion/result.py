@@ -53,10 +53,12 @@ class Result:
             another effect is missing as well, or was named in place of one of them.
         gap: root mean square error by channel and part of the data (`training`, `validation`):
             `before`, `after`, `floor` and, if asked for, `least_squares` one step ahead; with the
-            prefix `free_` in free runs of 500 ms; with the suffix `_percent` in percent of the
-            channel's standard deviation, else in the unit of `gap_measure`.
+            prefix `free_` in free runs of 500 ms; with the suffix `_rms` in the channel's SI unit,
+            with `_percent` in percent of the channel's standard deviation, else in the unit of
+            `gap_measure`.
         motion: root mean square error of the free run by channel and region of motion, `before`,
-            `after` and `floor`, on validation data if there are any, in units of the noise.
+            `after` and `floor`, on validation data if there are any, in units of the noise; with
+            the suffix `_rms` in the channel's SI unit.
         where: the balances that the configured model does not meet, and in which regions.
         remaining: the balances that the final model does not meet, and in which regions.
         maps: what the worst balances lack over what it depends on, before and after.

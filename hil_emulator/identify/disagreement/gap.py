@@ -111,10 +111,10 @@ def compare(
 def measure(predictor: Predictor, compared: Compared) -> Gap:
     """Return the root mean square of the disagreement by channel and part of the data.
 
-    Each entry holds `before`, `after` and `floor` of the error one step ahead in units of the
-    channel's noise (of the unit of `predictor.measure` in the force balance alone); with the
-    prefix `free_` of the free run; with the suffix `_percent` over the channel's spread. What is
-    not known is absent.
+    Each entry holds `before`, `after` and `floor` of the error one step ahead, in
+    `predictor.measure`: multiples of the channel's noise, or a unit. With the prefix `free_` they
+    are of the free run. The suffix `_rms` is in the channel's SI unit, `_percent` is relative to
+    the standard deviation of its readings. Unknown numbers are absent.
     """
     gap: Gap = {}
     for part, views in compared.after.items():
@@ -148,15 +148,16 @@ def _enter(
     entry: dict[str, float], name: str, channel: str, views: Sequence[View], i: int,
     errors: Sequence[Array],
 ) -> None:  # fmt: skip
-    """Enter a root mean square in units of noise and in percent of the readings' spread."""
+    """Enter a root mean square in units of noise, in SI, and in percent of the readings' spread."""
     in_noise = np.concatenate([e / v.noise[i] for e, v in zip(errors, views, strict=True)])
     if not np.isfinite(in_noise).any():
         return
     entry[name] = float(np.sqrt(np.nanmean(in_noise**2)))
-    plain = np.concatenate(errors)
-    width = float(np.nanstd(np.concatenate([v.experiment.readings[channel] for v in views])))
-    if width > 0.0:
-        entry[f"{name}_percent"] = float(100.0 * np.sqrt(np.nanmean(plain**2)) / width)
+    rms = float(np.sqrt(np.nanmean(np.concatenate(errors) ** 2)))
+    entry[f"{name}_rms"] = rms
+    spread_of_readings = np.nanstd(np.concatenate([v.experiment.readings[channel] for v in views]))
+    if spread_of_readings > 0.0:
+        entry[f"{name}_percent"] = float(100.0 * rms / spread_of_readings)
 
 
 def traces(predictor: Predictor, compared: Compared) -> dict[str, dict[str, Array]]:

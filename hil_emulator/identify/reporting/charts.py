@@ -15,6 +15,7 @@ from hil_emulator.identify.reporting.canvas import (
     logarithmic,
     png,
 )
+from hil_emulator.identify.reporting.channel_errors import in_noise
 from hil_emulator.identify.selection.levels import NORMAL_95
 
 LEAST_KNOWN = 0.5
@@ -56,7 +57,7 @@ def gap(result: Result) -> bytes:
 
 
 def _unit(result: Result) -> str:
-    return "sigma of the noise" if "deviation" in result.measure else result.measure
+    return "multiple of the noise" if in_noise(result) else result.measure
 
 
 def _held_out(parts: Mapping[str, Mapping[str, float]]) -> Mapping[str, float]:

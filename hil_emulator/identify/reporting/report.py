@@ -6,6 +6,7 @@ from typing import Any
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.disagreement.regions import Disagreement, Region
 from hil_emulator.identify.reporting import charts, pictures, report_tables
+from hil_emulator.identify.reporting.channel_errors import brackets
 from hil_emulator.identify.reporting.headline import headline
 from hil_emulator.identify.reporting.next_steps import next_steps
 from hil_emulator.pages.render import render
@@ -81,6 +82,7 @@ def _size(result: Result) -> dict[str, Any]:
     """Return the gap by channel, and by region of motion where there are free runs."""
     return {
         "gap": report_tables.gap(result),
+        "brackets": brackets(result),
         "below_floor": report_tables.below_floor(result),
         "gap_chart": charts.gap(result) if len(result.gap) > 1 else b"",
         "motion": report_tables.motion(result) if result.motion else None,
