@@ -142,7 +142,7 @@ def test_pauses_that_leave_no_experiment_are_refused(tmp_path: Path) -> None:
         tmp_path, "time [s],valve_current [mA],position [mm]",
         [TIME[kept], np.sin(7.0 * TIME[kept]), TIME[kept]],
     )  # fmt: skip
-    with pytest.raises(UserError, match=r"rows are missing, .* none of the parts has the 50"):
+    with pytest.raises(UserError, match=r"rows are missing, .* no part has the 50"):
         load_experiments([file])
 
 
