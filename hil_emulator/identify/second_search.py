@@ -20,7 +20,7 @@ from hil_emulator.identify.estimation.set_point_course import (
 )
 from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.prediction.observer.predictor import Predictor
-from hil_emulator.identify.selection.certainty import disbelief, hardly_believed
+from hil_emulator.identify.selection.certainty import disbelief, implausible_parameters
 from hil_emulator.identify.selection.levels import NORMAL_95, TOLD_APART
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.search import Searcher
@@ -49,12 +49,12 @@ class Searched:
     def strained(self) -> bool:
         """Whether it needs an ordinary parameter that one of twenty machines has."""
         fit = self.found.final if self.found else None
-        return fit is not None and bool(hardly_believed(fit))
+        return fit is not None and bool(implausible_parameters(fit))
 
     @property
     def least_late(self) -> float:
         """How late its current surely comes [s], where that is an ordinary parameter."""
-        fit = self.found.told if self.found else None
+        fit = self.found.reported if self.found else None
         if self.found is None or fit is None or self.found.settled is None:
             return 0.0
         least = {c.name: (at - NORMAL_95 * self.found.settled.deviations[c.name]) * c.scale

@@ -15,7 +15,7 @@ from hil_emulator.identify.prediction.free_terms.balances import (
 )
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.prediction.plant.parameters import candidates, ordinary
-from hil_emulator.identify.selection.certainty import hardly_believed, not_by_chance
+from hil_emulator.identify.selection.certainty import implausible_parameters, not_by_chance
 from hil_emulator.identify.selection.evidence import Evidence, Trial
 from hil_emulator.identify.selection.law_between import left_in_place
 from hil_emulator.identify.selection.law_form import displacing, judge, nearest
@@ -142,9 +142,11 @@ def test_a_parameter_that_nobody_believes_is_told_without_any_effect_too() -> No
     valve = next(c for c in ordinary(knee_model()) if c.name == "valve_natural_frequency")
     jacobian = np.zeros((N, 1))
     far = Fit([valve], np.array([valve.at(0.5 * valve.neutral)]), np.zeros(N), jacobian, 0.0)
-    assert hardly_believed(far) == ["valve_natural_frequency is 0.5 times its configured value"]
+    assert implausible_parameters(far) == [
+        "valve_natural_frequency is 0.5 times its configured value"
+    ]
     near = Fit([valve], np.array([-valve.prior]), np.zeros(N), jacobian, 0.0)
-    assert hardly_believed(near) == []
+    assert implausible_parameters(near) == []
 
 
 def test_of_many_parameters_one_is_farther_off_by_chance() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.disagreement.regions import disagreements
-from hil_emulator.identify.disagreement.residuals import beside, draw, lacking
+from hil_emulator.identify.disagreement.residuals import draw, lacking, with_term
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, score_terms
 from hil_emulator.identify.estimation.map_fit import Fitter
@@ -106,7 +106,7 @@ def leak() -> DiscrepancyTerm:
 def test_what_the_balance_lacks_is_the_leak_itself() -> None:
     """The smoothed term has the slope of the leak over the pressure difference, and its sign."""
     fit = configured()[0]
-    moved = beside(fit, leak())
+    moved = with_term(fit, leak())
     par, chan = knee_model().memory(moved.coordinates, moved.at)
     frozen = observer().freeze(leaking()[0], par, chan)
     term = lacking(observer(), frozen, par, chan, LEAKAGE)
@@ -120,9 +120,9 @@ def test_a_map_shows_the_leak_before_and_nothing_after() -> None:
     fit, _ = configured()
     effects = parameters.candidates(knee_model(), INSTRUMENTS)
     effect = next(c for c in effects if c.name == "internal_leakage")
-    at = np.append(beside(fit, leak()).at, CONDUCTANCE / effect.scale)
+    at = np.append(with_term(fit, leak()).at, CONDUCTANCE / effect.scale)
     after = Fit([*fit.coordinates, effect], at, fit.residual, fit.jacobian, 0.0)
-    drawn = draw(observer(), beside(fit, leak()), after, leak(), leaking())
+    drawn = draw(observer(), with_term(fit, leak()), after, leak(), leaking())
     assert (drawn.unit, drawn.regressor_unit) == ("l/min", "bar")
     assert np.nanstd(drawn.after.middle) < 0.3 * np.nanstd(drawn.before.middle)
     assert drawn.spectra[0][:5].sum() > drawn.spectra[1][:5].sum()

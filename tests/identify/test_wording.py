@@ -1,7 +1,10 @@
 """How a result says what it found."""
 
-from hil_emulator.identify.conclusion.findings import Finding
+from hil_emulator.identify.conclusion import wrong_values
+from hil_emulator.identify.conclusion.findings import Finding, Refitted
 from hil_emulator.identify.experiment_design.next_experiment import Candidate, NextExperiment
+from hil_emulator.identify.prediction.plant import parameters
+from tests.identify.rig_data import INSTRUMENTS, knee_model
 
 
 def finding(group: tuple[str, ...] = (), form: str = "") -> Finding:
@@ -34,3 +37,20 @@ def test_an_experiment_is_recommended_for_what_looks_alike_or_fits_as_badly() ->
     assert told(3.0, "variable_pump").startswith("fixed_pump and variable_pump look alike here")
     assert "or variable_pump: the law is exactly that of neither" in told(90.0, "variable_pump")
     assert "that of none of them; record chirp at 5 mm" in told(90.0, "variable_pump", "x")
+
+
+def test_an_undecided_verdict_states_both_explanations_and_what_separates_them() -> None:
+    """Another mass, or an effect that hides it: the mass can be weighed, the effect varied."""
+    effects = {c.name: c for c in parameters.candidates(knee_model(), INSTRUMENTS)}
+    mass = next(c for c in parameters.ordinary(knee_model()) if c.name == "load_mass")
+    value = Refitted(50.0, 65.2, 64.8, 65.6, "kg", "kg")
+    far, rivals = [(mass, 0.3)], [effects["load_coulomb_friction"]]
+    (words,) = wrong_values.in_words(far, {"load_mass": value})
+    assert wrong_values.competing([words], far, rivals) == (
+        "two explanations fit: load_mass = 65.2 kg (95 %: 64.8 kg ... 65.6 kg), not 50 kg, with no "
+        "effect missing; or load_coulomb_friction is missing, with load_mass nearer to its "
+        "configured value"
+    )
+    assert wrong_values.separating(far, rivals) == (
+        "measure load_mass directly, or record at other speeds, slower and faster"
+    )

@@ -99,7 +99,7 @@ def from_result(result: Result, seconds: float) -> Answer:
         nearest=_nearest(result), separates=result.next_experiment or "",
         verdict=result.verdict, evidence=tuple(lines), seconds=seconds,
         rounds=tuple(map(numbers_of, result.search.rounds if result.search else ())),
-        hardly_believed=tuple(result.hardly_believed),
+        hardly_believed=tuple(result.implausible),
         parameters={name: (p.low, p.high) for name, p in result.parameters.items()},
     )  # fmt: skip
 

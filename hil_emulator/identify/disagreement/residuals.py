@@ -144,7 +144,7 @@ def simplest(fit: Fit, term: DiscrepancyTerm) -> Array:
     return np.asarray(-vectors[:, keep] @ (gradient / values[keep]) * term.balance.scale)
 
 
-def beside(fit: Fit, term: DiscrepancyTerm) -> Fit:
+def with_term(fit: Fit, term: DiscrepancyTerm) -> Fit:
     """Return a fit with its parameters moved to where they go when a term joins them.
 
     Without the term they have taken over part of it: what a balance lacks then shows too little.

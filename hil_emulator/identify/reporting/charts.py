@@ -142,7 +142,7 @@ def ladder(result: Result) -> bytes:
 
 def correlations(result: Result) -> bytes:
     """Draw how the fitted parameters depend on each other."""
-    final = result.search.told if result.search else None
+    final = result.search.reported if result.search else None
     assert final is not None
     cov = final.covariance()
     spread = np.sqrt(np.maximum(np.diag(cov), 1e-30))

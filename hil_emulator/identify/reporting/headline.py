@@ -24,9 +24,9 @@ def headline(result: Result) -> list[str]:
 
 def _too_far(result: Result) -> list[str]:
     """Return the evidence of another missing effect, in addition to those named."""
-    if not result.hardly_believed:
+    if not result.implausible:
         return []
-    far = " and ".join(result.hardly_believed)
+    far = " and ".join(result.implausible)
     return [f"Implausible: {far}. Another effect is missing as well, or is the true one."]
 
 

@@ -35,7 +35,7 @@ def layer(result: Result, files: Sequence[Path], date: str) -> str:
         lines += ["", "[model]", f'effects = ["{EFFECT_FILE}"]']
         row = f"{result.added.name} = {{ factor = 1.0 }}   # {result.added.words}"
         tables.setdefault(result.added.table, []).append(row)
-    if result.search is not None and result.search.told is not None:
+    if result.search is not None and result.search.reported is not None:
         for finding in result.effects:
             coordinate = next(c for c in result.search.effects if c.name == finding.name)
             row = _effect(result.search, coordinate, finding)
@@ -85,8 +85,8 @@ def quoted(value: float, unit: str, shown: str) -> str:
 
 def _effect(search: Search, coordinate: Coordinate, finding: Finding) -> str:
     assert coordinate.effect is not None
-    assert search.told is not None
-    at = dict(zip([c.name for c in search.told.coordinates], search.told.at, strict=True))
+    assert search.reported is not None
+    at = dict(zip([c.name for c in search.reported.coordinates], search.reported.at, strict=True))
     law = [f"{finding.knob} = {quoted(finding.value, finding.unit, finding.shown)}"]
     for shape in search.shapes:
         owner, _, name = shape.name.rpartition(".")

@@ -103,7 +103,7 @@ def _reasons(result: Result) -> dict[str, Any]:
 
 def _model(result: Result) -> dict[str, Any]:
     """Return the ordinary parameters, and the correlations of all fitted parameters."""
-    final = result.search.told if result.search else None
+    final = result.search.reported if result.search else None
     several = result.parameters and final is not None and len(final.coordinates) > 1
     return {
         "parameters": report_tables.parameters(result),

@@ -155,7 +155,7 @@ EFFORT = (
     "refits.NOISE_PASSES", "refits.NOISE_ITERATIONS",
     "search.REFITTED", "search.RETURNS", "search.MOST_EFFECTS", "search.AGAIN", "search.KEPT_TERMS",
     "starts.DEAR", "starts.TAKEOVER_ITERATIONS", "starts.SAME_EFFECT", "starts.TRIED_SIZES",
-    "law_between.RIVAL_SHARE", "rivals.MOST_TOLD", "law_form.MOST_NEAREST", "law_form.LEFT",
+    "law_between.RIVAL_SHARE", "rivals.MOST_REPORTED", "law_form.MOST_NEAREST", "law_form.LEFT",
     "law_form.MOST_BESIDE",
 )  # fmt: skip
 """Constants that decide nothing: how long is computed and from where, how finely, how much is kept
