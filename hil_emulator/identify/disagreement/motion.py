@@ -12,10 +12,10 @@ from hil_emulator.identify.measured.experiment import Array, Mask
 from hil_emulator.identify.prediction.observer.predictor import Predictor
 
 SLOW_BORDER = 1.0 / 3.0
-"""Upper border of slow motion over the 90 % quantile of the speed (assumed)."""
+"""Ratio of the upper border of slow motion and the 90 % quantile of the speed (assumed)."""
 
 STANDING_BORDER = 1.0 / 30.0
-"""Upper border of standing over the same (assumed)."""
+"""Ratio of the upper border of standing and the 90 % quantile of the speed (assumed)."""
 
 
 def by_motion(predictor: Predictor, compared: Compared, kind: str = "free") -> Gap:
@@ -24,8 +24,8 @@ def by_motion(predictor: Predictor, compared: Compared, kind: str = "free") -> G
     As in `gap.measure`, each number is in units of the noise, and in SI with the suffix `_rms`.
 
     Args:
-        predictor: names the channels and signals.
-        compared: both models over the data; validation data are used where there are any.
+        predictor: that has the names of channels and signals.
+        compared: both models over the data; validation data are used if there are any.
         kind: "free" or "one_step".
 
     """
