@@ -35,8 +35,9 @@ def test_an_experiment_is_recommended_for_what_looks_alike_or_fits_as_badly() ->
         return str(NextExperiment(("fixed_pump", *rivals), now, best, (), "do it"))
 
     assert told(3.0, "variable_pump").startswith("fixed_pump and variable_pump look alike here")
-    assert "or variable_pump: the law is exactly that of neither" in told(90.0, "variable_pump")
-    assert "that of none of them; record chirp at 5 mm" in told(90.0, "variable_pump", "x")
+    assert told(90.0, "variable_pump", "x").startswith(
+        "the machine's law is not exactly that of fixed_pump or variable_pump or x; record chirp at"
+    )
 
 
 def test_an_undecided_verdict_states_both_explanations_and_what_separates_them() -> None:
