@@ -253,7 +253,7 @@ def _rival(trial: Trial, best: Trial) -> Rival:
     reasons = trial.evidence.objections or [
         f"gains {trial.evidence.delta_chi2:.0f}, "
         f"{best.score.coordinate.name} {best.evidence.delta_chi2:.0f}"
-        + (f" beside {best.beside}" if best.beside else "")
+        + (f" together with {best.beside}" if best.beside else "")
     ]
     return Rival(
         trial.score.coordinate.name, trial.evidence.delta_chi2, _or_none(trial.evidence.held_out),

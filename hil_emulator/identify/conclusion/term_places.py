@@ -53,7 +53,7 @@ _SIGN = f"math.tanh(velocity / {TURN!r})"
 
 
 def _calibration(channel: str) -> TermPlace:
-    """Return the place of a sensor's error over its own reading."""
+    """Return the place of a sensor's error over its reading."""
     return TermPlace(transducer, ("reading",), "reading", "reading + term", "y = x + T(x)", channel)
 
 

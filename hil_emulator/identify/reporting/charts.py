@@ -131,7 +131,7 @@ def ladder(result: Result) -> bytes:
         gains = [max(s[part], 1.0) if s[part] is not None else np.nan for s in steps]
         label = "training" if part == "training" else "held out"
         axes.barh(place + shift, gains, 0.34, color=colour, label=label)
-    names = [s["effect"] + (f"\nbeside {s['beside']}" if s["beside"] else "") for s in steps]
+    names = [s["effect"] + (f"\nwith {s['beside']}" if s["beside"] else "") for s in steps]
     axes.set_yticks(place, names, fontsize=9)
     axes.set_xlim(left=1.0)
     logarithmic(axes.xaxis)
