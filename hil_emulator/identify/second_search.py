@@ -1,7 +1,7 @@
-"""A search, and a second one if a slow log's current did something else between the rows.
+"""A search, repeated if the course of a slow log's current between the rows is another one.
 
-What is missing may look like a current that moves there, and a current that is taken to move may
-look like an ordinary parameter that hardly any machine has.
+A missing effect may look like a current that changes between the rows. A current that is assumed to
+change there may require implausible ordinary parameters.
 """
 
 import math
@@ -20,167 +20,170 @@ from hil_emulator.identify.estimation.set_point_course import (
 )
 from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.prediction.observer.predictor import Predictor
-from hil_emulator.identify.selection.certainty import disbelief, implausible_parameters
+from hil_emulator.identify.selection.certainty import implausible_parameters, prior_penalty
 from hil_emulator.identify.selection.levels import NORMAL_95, TOLD_APART
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.search import Searcher
 
-Tell = Callable[[str], None]
+Report = Callable[[str], None]
+"""Receives progress as text."""
 
 
 @dataclass(frozen=True)
 class Searched:
-    """A search, and of what.
+    """A search and its data.
 
     Attributes:
-        asked: what was examined.
+        investigation: the examined data and candidates.
         searcher: that searched.
-        found: by it; None if it was interrupted.
-        believed: whether its current was taken to be held where the readings do not tell.
+        search: its result; None if it was interrupted.
+        held_assumed: whether the current was assumed to be held, without evidence in the readings.
 
     """
 
-    asked: Investigation
+    investigation: Investigation
     searcher: Searcher
-    found: Search | None
-    believed: bool = False
+    search: Search | None
+    held_assumed: bool = False
 
     @property
-    def strained(self) -> bool:
-        """Whether it needs an ordinary parameter that one of twenty machines has."""
-        fit = self.found.final if self.found else None
+    def implausible(self) -> bool:
+        """Whether an ordinary parameter has an implausible value, p < 0.05."""
+        fit = self.search.final if self.search else None
         return fit is not None and bool(implausible_parameters(fit))
 
     @property
-    def least_late(self) -> float:
-        """How late its current surely comes [s], where that is an ordinary parameter."""
-        fit = self.found.reported if self.found else None
-        if self.found is None or fit is None or self.found.settled is None:
+    def least_dead_time(self) -> float:
+        """Lower end of the interval of the current's dead time as an ordinary parameter [s]."""
+        fit = self.search.reported if self.search else None
+        if self.search is None or fit is None or self.search.settled is None:
             return 0.0
-        least = {c.name: (at - NORMAL_95 * self.found.settled.deviations[c.name]) * c.scale
+        least = {c.name: (at - NORMAL_95 * self.search.settled.deviations[c.name]) * c.scale
                  for c, at in zip(fit.coordinates, fit.at, strict=True)}  # fmt: skip
         return float(least.get(DEAD_TIME, 0.0))
 
     @property
     def named(self) -> set[str]:
         """The effects that were named."""
-        return {c.name for c in self.found.effects} if self.found else set()
+        return {c.name for c in self.search.effects} if self.search else set()
 
     @property
-    def disbelief(self) -> float:
-        """How little of what was fitted is believed."""
-        fit = self.found.final if self.found else None
-        return 0.0 if fit is None else disbelief(fit)
+    def prior_penalty(self) -> float:
+        """Part of chi-square that comes from the priors of ordinary parameters."""
+        fit = self.search.final if self.search else None
+        return 0.0 if fit is None else prior_penalty(fit)
 
 
 def searched(
-    predictor: Predictor, given: Investigation, asked: Investigation, told: bool,
-    search: Callable[[Investigation], Searched], tell: Tell, jobs: int = 1,
+    predictor: Predictor, given: Investigation, first_choice: Investigation, stated: bool,
+    search: Callable[[Investigation], Searched], report: Report, jobs: int = 1,
 ) -> Searched:  # fmt: skip
-    """Search, and once more with another course of the current if that is seen or easier believed.
+    """Search, and search again if another course of the current is more plausible.
 
-    Who interrupts the second one gets what is known already.
+    If the second search is interrupted, the result of the first one is returned.
 
     Args:
         predictor: computes innovations.
-        given: what is examined, the current as it was recorded.
-        asked: the same with what the current did between the rows.
-        told: whether the user has said that; then nobody asks again.
+        given: the data with the recorded current, and the candidates.
+        first_choice: the same with a course of the current between the rows.
+        stated: whether the user has stated this course; it is then not changed.
         search: searches.
-        tell: takes progress in words.
+        report: receives progress as text.
         jobs: threads.
 
     """
-    first = search(asked)
-    if told:
+    first = search(first_choice)
+    if stated:
         return first
-    again = asked_again(predictor, given, asked, first.found, tell, jobs)
+    again = reconsidered(predictor, given, first_choice, first.search, report, jobs)
     if again is not None:
         second = search(again)
-        if second.found is None:
+        if second.search is None:
             return first
         first = second
-    if first.asked.answer != "unknown":
+    if first.investigation.answer != "unknown":
         return first
-    return _unknown(given, first, search, tell)
+    return _undecided(given, first, search, report)
 
 
-def _unknown(
-    given: Investigation, first: Searched, search: Callable[[Investigation], Searched], tell: Tell
-) -> Searched:
-    """Return the simplest answer where the readings do not tell what the current did."""
-    if first.least_late > hold(given.learn):
-        tell("searching once more: the current comes later than one that is held")
+def _undecided(
+    given: Investigation, first: Searched, search: Callable[[Investigation], Searched],
+    report: Report,
+) -> Searched:  # fmt: skip
+    """Return the simplest result if the readings do not determine the course of the current."""
+    if first.least_dead_time > hold(given.learn):
+        report("searching again: the current acts later than a held current")
         second = search(late(given))
-        if DEAD_TIME in second.named and second.least_late > hold(given.learn):
+        if DEAD_TIME in second.named and second.least_dead_time > hold(given.learn):
             return second
-    if first.strained:
-        tell("searching once more: of a current that was held less may have to be believed")
-        second = search(held(given, "less has to be believed then"))
-        if second.found is not None and second.disbelief <= first.disbelief:
-            return replace(second, believed=True)
-    elif first.least_late > 0.0 and not first.named:
-        tell("searching once more: a current that is held comes late as well")
+    if first.implausible:
+        report("searching again: a held current may need less implausible parameters")
+        second = search(held(given, "the parameters are more plausible then"))
+        if second.search is not None and second.prior_penalty <= first.prior_penalty:
+            return replace(second, held_assumed=True)
+    elif first.least_dead_time > 0.0 and not first.named:
+        report("searching again: a held current acts late as well")
         second = search(held(given, "it comes late"))
-        simple = second.found is not None and not second.named and not second.strained
-        later = first.least_late > hold(given.learn)
+        simple = second.search is not None and not second.named and not second.implausible
+        later = first.least_dead_time > hold(given.learn)
         if simple or (later and second.named == {DEAD_TIME}):
             missing = "if it moved" if simple else "in any case"
-            said = held(given, f"it comes late; {missing}, a dead time is missing")
-            return replace(second, asked=said, believed=True)
+            noted = held(given, f"it comes late; {missing}, a dead time is missing")
+            return replace(second, investigation=noted, held_assumed=True)
     return first
 
 
-def widen(predictor: Predictor, last: Searched, tell: Tell, jobs: int = 1) -> list[str]:
-    """Let intervals hold what values would be if the current was held, where nobody can tell.
+def widen(predictor: Predictor, last: Searched, report: Report, jobs: int = 1) -> list[str]:
+    """Widen intervals by the estimates for a held current, if the course is undetermined.
 
-    A dead time that stands in for a hold is none of a valve, whose frequency makes up for it.
+    If the current was held, a dead time of half a hold is an artefact, and the estimate of the
+    valve's frequency compensates for it.
 
     Returns:
-        What is to be said of that, if it was done.
+        A note on that, if intervals were widened.
 
     """
-    found = last.found
-    if last.asked.answer != "unknown" or found is None:
+    search = last.search
+    if last.investigation.answer != "unknown" or search is None:
         return []
-    if found.final is None or found.settled is None:
+    if search.final is None or search.settled is None:
         return []
-    tell("asking what the values are if the current was held")
+    report("estimating the values for a held current")
     try:
-        apart = shifts(predictor, last.asked.learn, found.final, jobs)
+        shift = shifts(predictor, last.investigation.learn, search.final, jobs)
     except KeyboardInterrupt:
         return []
-    # of a dead time that was named, this is told apart
-    apart.pop(DEAD_TIME, None)
-    deviations = {name: math.hypot(known, apart.get(name, 0.0))
-                  for name, known in found.settled.deviations.items()}  # fmt: skip
-    found.settled = replace(found.settled, deviations=deviations)
+    # `record_limits` widens the interval of a named dead time
+    shift.pop(DEAD_TIME, None)
+    deviations = {name: math.hypot(deviation, shift.get(name, 0.0))
+                  for name, deviation in search.settled.deviations.items()}  # fmt: skip
+    search.settled = replace(search.settled, deviations=deviations)
     return ["intervals hold the values of a current that was held from row to row, too"]
 
 
-def asked_again(
-    predictor: Predictor, given: Investigation, asked: Investigation, found: Search | None,
-    tell: Tell, jobs: int = 1,
+def reconsidered(
+    predictor: Predictor, given: Investigation, chosen: Investigation, search: Search | None,
+    report: Report, jobs: int = 1,
 ) -> Investigation | None:  # fmt: skip
-    """Return what the current did between rows by a model with what was found, if not the same.
+    """Return another course of the current that the model with the named effects gives, if any.
 
-    What was missing may have decided what the readings do not tell.
+    The missing effects may have hidden the course from the readings.
     """
-    if found is None or not found.effects or found.final is None:
+    if search is None or not search.effects or search.final is None:
         return None
-    again = course(predictor, given, tell, found.final, jobs=jobs)
-    if again is None or again.answer == asked.answer:
+    again = course(predictor, given, report, search.final, jobs=jobs)
+    if again is None or again.answer == chosen.answer:
         return None
-    tell("searching once more: with what was found, the readings tell otherwise of the current")
+    report("searching again: with the named effects the current has another course")
     return again
 
 
 def course(
-    predictor: Predictor, given: Investigation, tell: Tell, model: Fit | None = None,
-    told: SetPoints = "unknown", jobs: int = 1,
+    predictor: Predictor, given: Investigation, report: Report, model: Fit | None = None,
+    stated: SetPoints = "unknown", jobs: int = 1,
 ) -> Investigation | None:  # fmt: skip
-    """Return the same with what the current did between rows, or None after Ctrl-C."""
+    """Return the data with a course of the current between the rows, or None after Ctrl-C."""
     try:
-        return followed(predictor, given, TOLD_APART, tell, model, told, jobs)
+        return followed(predictor, given, TOLD_APART, report, model, stated, jobs)
     except KeyboardInterrupt:
         return None

@@ -18,7 +18,7 @@ from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.prediction.plant.parameters import candidates, ordinary
 from hil_emulator.identify.second_search import Searched, searched, widen
-from hil_emulator.identify.selection.certainty import disbelief
+from hil_emulator.identify.selection.certainty import prior_penalty
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.search import Searcher
 from tests.identify.rig_data import INSTRUMENTS, knee_model
@@ -41,13 +41,13 @@ def lateness(late: float, effects: list[Coordinate]) -> Search:
 
 
 def answered(
-    found: Callable[[Investigation], Search], told: bool = False, named: bool = True
+    found: Callable[[Investigation], Search], stated: bool = False, named: bool = True
 ) -> Searched:
     """Return the answer where the readings do not tell what the current did.
 
     Args:
         found: what a search finds.
-        told: whether the user has said what it did.
+        stated: whether the user has stated the course.
         named: whether the first search may name a dead time.
 
     """
@@ -56,7 +56,7 @@ def answered(
     def search(asked: Investigation) -> Searched:
         return Searched(asked, SEARCHER, found(asked))
 
-    return searched(OBSERVER, GIVEN, asked, told, search, lambda _: None)
+    return searched(OBSERVER, GIVEN, asked, stated, search, lambda _: None)
 
 
 def searched_again(first: float, second: float, named: bool) -> Searched:
@@ -93,9 +93,9 @@ def test_a_search_begins_anew_where_what_was_found_gives_another_answer(
     """
     monkeypatch.setattr(second_search, "followed", lambda *_: replace(GIVEN, answer=after))
     asked, found = replace(GIVEN, answer=before), lateness(0.0, [DEAD_TIME])
-    again = second_search.asked_again(OBSERVER, GIVEN, asked, found, lambda _: None)
+    again = second_search.reconsidered(OBSERVER, GIVEN, asked, found, lambda _: None)
     assert (again is not None) == anew
-    assert second_search.asked_again(OBSERVER, GIVEN, asked, Search([]), lambda _: None) is None
+    assert second_search.reconsidered(OBSERVER, GIVEN, asked, Search([]), lambda _: None) is None
 
 
 @pytest.mark.parametrize(
@@ -112,9 +112,9 @@ def test_a_current_is_held_where_less_has_to_be_believed(
         return Search([], final=Fit([knob], np.array([at]), np.zeros(0), np.zeros((0, 1)), 0.0))
 
     last = answered(found)
-    assert last.believed == holds
-    assert (last.asked.answer == "held") == holds
-    assert answered(found, told=True).asked.answer == "unknown"
+    assert last.held_assumed == holds
+    assert (last.investigation.answer == "held") == holds
+    assert answered(found, stated=True).investigation.answer == "unknown"
 
 
 def test_what_is_hard_to_believe_counts_in_usual_deviations() -> None:
@@ -122,7 +122,7 @@ def test_what_is_hard_to_believe_counts_in_usual_deviations() -> None:
     ordinary_one = replace(ordinary(knee_model())[0], prior=0.5)
     effect = replace(DEAD_TIME, prior=np.inf)
     fit = Fit([ordinary_one, effect], np.array([1.5, 7.0]), np.zeros(0), np.zeros((0, 2)), 0.0)
-    assert disbelief(fit) == pytest.approx(9.0)
+    assert prior_penalty(fit) == pytest.approx(9.0)
 
 
 @pytest.mark.parametrize(
@@ -144,8 +144,8 @@ def test_a_dead_time_that_is_no_longer_than_a_hold_has_no_name() -> None:
     """
     last = searched_again(4e-4, -5e-5, True)
     assert last.named == set()
-    assert last.believed
-    assert "if it moved, a dead time is missing" in last.asked.learn[0].notes[-1]
+    assert last.held_assumed
+    assert "if it moved, a dead time is missing" in last.investigation.learn[0].notes[-1]
 
 
 @pytest.mark.parametrize(
@@ -161,10 +161,10 @@ def test_a_current_that_may_be_held_is_where_nothing_else_is_missing(
         return lateness(late, [DEAD_TIME] if names and asked.answer == "held" else [])
 
     last = answered(found)
-    assert last.believed == holds
-    assert (last.asked.answer == "held") == holds
+    assert last.held_assumed == holds
+    assert (last.investigation.answer == "held") == holds
     result = Result("nothing_missing", "nothing")
-    doubt_rows(result, last.asked.answer, last.asked.learn, last.believed)
+    doubt_rows(result, last.investigation.answer, last.investigation.learn, last.held_assumed)
     assert ("if the current is held" in result.reason) == holds
 
 
@@ -178,9 +178,11 @@ def test_a_dead_time_is_missing_where_a_held_current_has_one_as_well(
         return lateness(HOLD + beyond, [DEAD_TIME] if asked.answer == "held" else [])
 
     last = answered(found)
-    assert (last.asked.answer, last.believed) == (("held", True) if has else ("unknown", False))
+    assert (last.investigation.answer, last.held_assumed) == (
+        ("held", True) if has else ("unknown", False)
+    )
     assert last.named == ({DEAD_TIME.name} if has else set())
-    said = " ".join(last.asked.learn[0].notes)
+    said = " ".join(last.investigation.learn[0].notes)
     assert ("in any case, a dead time is missing" in said) == has
 
 

@@ -128,7 +128,7 @@ def test_an_interrupted_search_keeps_what_it_found(moment: int) -> None:
             raise KeyboardInterrupt
 
     result = identify(
-        knee(), train, other, Question(only=["internal_leakage"]), tell=tell, cache=CACHE
+        knee(), train, other, Question(only=["internal_leakage"]), report=tell, cache=CACHE
     )
     assert result.interrupted
     assert "interrupted" in result.reason
@@ -145,5 +145,5 @@ def test_linear_algebra_keeps_to_one_thread() -> None:
         threads.update(p["num_threads"] for p in threadpool_info() if p["user_api"] == "blas")
 
     with threadpool_limits(limits=2, user_api="blas"):
-        identify(knee(), train, other, Question(search=False), tell=tell, cache=CACHE)
+        identify(knee(), train, other, Question(search=False), report=tell, cache=CACHE)
     assert threads == {1}

@@ -14,7 +14,7 @@ from hil_emulator.pages.render import render
 _WORDS = {
     "missing_effects": "Missing", "nothing_missing": "Nothing is missing",
     "unknown_effect": "Something unknown is missing", "cannot_examine": "Cannot be examined",
-    "wrong_value": "A value of the configuration is wrong", "cannot_tell": "Cannot tell",
+    "wrong_value": "A value of the configuration is wrong", "cannot_tell": "The data do not decide",
     "agrees": "Model and measurement agree", "disagrees": "Model and measurement disagree",
 }  # fmt: skip
 

@@ -262,8 +262,8 @@ def far_off(fit: Fit, chance: float) -> list[tuple[Coordinate, float]]:
     ]  # fmt: skip
 
 
-def disbelief(fit: Fit) -> float:
-    """Return the sum of squares of what ordinary parameters deviate by, in usual deviations."""
+def prior_penalty(fit: Fit) -> float:
+    """Return the part of chi-square from the priors of ordinary parameters."""
     return float(np.sum((prior_rows(fit.coordinates) * fit.at) ** 2))
 
 
