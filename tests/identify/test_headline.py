@@ -124,3 +124,11 @@ def test_every_effect_of_the_catalogue_has_words() -> None:
         assert effect.words[:1].islower(), effect.name
         assert not effect.words.endswith("."), effect.name
         assert "_" not in effect.words, effect.name
+
+
+def test_an_error_that_does_not_fall_stays() -> None:
+    """A weak effect may leave every free run as it was to three digits."""
+    result = found(GROWTH)
+    result.gap = {"position": {"training": errors(80.01e-6, 80.0e-6, 79e-6, 4e-6)}}
+    result.measure = NOISE
+    assert "the error of the position stays at 0.08 mm, 20 times its noise." in headline(result)[1]

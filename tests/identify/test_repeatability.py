@@ -1,4 +1,4 @@
-"""What comes again whenever the rod is in the same state is no noise, and nobody calls it so."""
+"""A residual that recurs in the same state of the rod is not reported as noise."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -33,27 +33,27 @@ def force_balance(changes: Mapping[str, float], kind: str) -> Experiment:
 
 
 def examined(changes: Mapping[str, float], kind: str, question: Question = EVERYTHING) -> Result:
-    """Return what is said of one such run."""
+    """Return the result of one such run."""
     return identify(knee(), [force_balance(changes, kind)], question=question, cache=CACHE)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_an_effect_closes_is_no_noise(kind: str) -> None:
-    """Friction that differs by 15 % with direction is named, beside what looks alike at most.
+    """Friction that differs by 15 % with direction is named, alone or with its rival.
 
-    At the two speeds of triangles a load cell with an offset does: then both are told.
+    At the two speeds of triangles an offset of the load cell is a rival: then both are reported.
     """
-    (found,) = examined(ASYMMETRIC, kind).effects
-    told = {found.name, *found.group}
-    assert "friction_asymmetry" in told
-    assert told <= {"friction_asymmetry", "load_force.offset"}
-    assert kind == "triangles" or told == {"friction_asymmetry"}
-    assert found.name != "friction_asymmetry" or found.value == pytest.approx(0.15, abs=0.01)
+    (finding,) = examined(ASYMMETRIC, kind).effects
+    reported = {finding.name, *finding.group}
+    assert "friction_asymmetry" in reported
+    assert reported <= {"friction_asymmetry", "load_force.offset"}
+    assert kind == "triangles" or reported == {"friction_asymmetry"}
+    assert finding.name != "friction_asymmetry" or finding.value == pytest.approx(0.15, abs=0.01)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_what_no_effect_explains_is_not_nothing(kind: str) -> None:
-    """Without it in the catalogue twice the noise remains, and the verdict says so."""
+    """Without the effect twice the noise remains, and the data do not decide."""
     result = examined(ASYMMETRIC, kind, Question(only=["stribeck_friction", "position_friction"]))
     assert result.repeats is not None
     assert result.repeats.rms > 1.5 * NOISE

@@ -42,10 +42,14 @@ def _left(result: Result) -> list[str]:
     run = f"Predicting 0.5 s ahead on {data}, {error}" if kind else f"On {data}, {error}"
     names = [f"{kind}before", f"{kind}after"] if result.effects else [f"{kind}after"]
     amounts = [_amount(channel, values, name) for name in names]
-    course = f"falls from {amounts[0]} to {amounts[1]}" if result.effects else f"is {amounts[0]}"
+    multiples = [three_digits(values[name]) for name in names]
+    if len(set(amounts)) > 1:
+        course = f"falls from {amounts[0]} to {amounts[1]}"
+    else:
+        course = f"{'stays at' if result.effects else 'is'} {amounts.pop()}"
+        multiples = multiples[:1]
     if in_noise(result):
-        multiples = " and ".join(three_digits(values[name]) for name in names)
-        course += f", {multiples} times its noise"
+        course += f", {' and '.join(multiples)} times its noise"
     return [f"{run} {course}.{_compared(channel, values, kind)}", *_unexplained(result)]
 
 

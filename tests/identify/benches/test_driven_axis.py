@@ -41,13 +41,13 @@ def test_viscous_friction_of_an_axis_is_named(tmp_path: Path) -> None:
     The force of a motor acts along the motion: nobody has to reverse a sign.
     """
     files = [carriage(tmp_path / f"axis{i}.csv", i, VISCOUS) for i in range(4)]
-    found, told = asked("identify", bench("driven_axis"), files[:2], files[2:], tmp_path)
-    assert "bench     a driven axis" in told
-    assert "reversed" not in told
-    assert names(found) == ["viscous_friction"]
-    low, high = found["effects"][0]["interval"]
+    result, output = asked("identify", bench("driven_axis"), files[:2], files[2:], tmp_path)
+    assert "bench     a driven axis" in output
+    assert "reversed" not in output
+    assert names(result) == ["viscous_friction"]
+    low, high = result["effects"][0]["interval"]
     assert low < VISCOUS < high
-    mass = found["parameters"]["load_mass"]
+    mass = result["parameters"]["load_mass"]
     assert mass["low"] < MASS < mass["high"]
 
 
@@ -73,12 +73,12 @@ def test_fast_motion_gives_the_mass(tmp_path: Path, phase: float) -> None:
             "time [s]": time, "position [mm]": 1e3 * np.round(place / 1e-6) * 1e-6,
             "load_force [N]": force,
         }))  # fmt: skip
-    found, _ = asked("identify", bench("driven_axis"), files, [], tmp_path)
-    mass = found["parameters"]["load_mass"]
+    result, _ = asked("identify", bench("driven_axis"), files, [], tmp_path)
+    mass = result["parameters"]["load_mass"]
     assert mass["low"] < MASS < mass["high"]
     assert mass["high"] - mass["low"] < 0.006 * MASS
-    assert names(found) == (["viscous_friction"] if phase == 0.2 else [])
-    for effect in found["effects"]:
+    assert names(result) == (["viscous_friction"] if phase == 0.2 else [])
+    for effect in result["effects"]:
         low, high = effect["interval"]
         assert low < VISCOUS < high
 
@@ -86,5 +86,5 @@ def test_fast_motion_gives_the_mass(tmp_path: Path, phase: float) -> None:
 def test_a_carriage_as_configured_agrees(tmp_path: Path) -> None:
     """Of the gap what remains is the noise of the force sensor."""
     files = [carriage(tmp_path / f"axis{i}.csv", i, 0.0) for i in range(2)]
-    found, _ = asked("gap", bench("driven_axis"), files, [], tmp_path)
-    assert found["gap"]["load_force"]["training"]["before"] < 3.0
+    result, _ = asked("gap", bench("driven_axis"), files, [], tmp_path)
+    assert result["gap"]["load_force"]["training"]["before"] < 3.0
