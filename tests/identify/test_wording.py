@@ -1,4 +1,4 @@
-"""How a result says what it found."""
+"""Words of a result."""
 
 from hil_emulator.identify.conclusion import wrong_values
 from hil_emulator.identify.conclusion.findings import Finding, Refitted
@@ -22,20 +22,22 @@ def test_one_effect_is_told_with_value_and_interval() -> None:
 
 def test_a_verdict_says_what_else_it_may_be_and_that_the_law_is_another_one() -> None:
     """Who reads no further has read that."""
-    told = str(finding(("variable_pump",), "its override would have to be the lowest there is"))
+    words = str(finding(("variable_pump",), "its override would have to be the lowest there is"))
     head = "fixed_pump or variable_pump, by a law of another form: flow of fixed_pump = 6 l/min"
-    assert told.startswith(head)
+    assert words.startswith(head)
 
 
 def test_an_experiment_is_recommended_for_what_looks_alike_or_fits_as_badly() -> None:
-    """Of laws that the data separate well, none is that of the machine."""
+    """If the data separate all laws well, the law of the machine is another one."""
 
-    def told(now: float, *rivals: str) -> str:
+    def recommended(now: float, *rivals: str) -> str:
         best = Candidate("chirp", 5e-3, 2.0, 100.0)
         return str(NextExperiment(("fixed_pump", *rivals), now, best, (), "do it"))
 
-    assert told(3.0, "variable_pump").startswith("fixed_pump and variable_pump look alike here")
-    assert told(90.0, "variable_pump", "x").startswith(
+    assert recommended(3.0, "variable_pump").startswith(
+        "fixed_pump and variable_pump look alike here"
+    )
+    assert recommended(90.0, "variable_pump", "x").startswith(
         "the machine's law is not exactly that of fixed_pump or variable_pump or x; record chirp at"
     )
 

@@ -36,9 +36,9 @@ def carriage(file: Path, kind: int, viscous: float) -> Path:
 
 @pytest.mark.slow
 def test_viscous_friction_of_an_axis_is_named(tmp_path: Path) -> None:
-    """Nothing but a mass was configured; the mass found and the friction named are the true ones.
+    """Only a mass was configured; the estimated mass and the named friction are the true ones.
 
-    The force of a motor acts along the motion: nobody has to reverse a sign.
+    The force of a motor acts along the motion: no sign has to be reversed.
     """
     files = [carriage(tmp_path / f"axis{i}.csv", i, VISCOUS) for i in range(4)]
     result, output = asked("identify", bench("driven_axis"), files[:2], files[2:], tmp_path)
@@ -56,9 +56,9 @@ def test_viscous_friction_of_an_axis_is_named(tmp_path: Path) -> None:
     [0.02, pytest.param(0.2, marks=pytest.mark.full(sibling="test_fast_motion_gives_the_mass"))],
 )
 def test_fast_motion_gives_the_mass(tmp_path: Path, phase: float) -> None:
-    """Strokes that reverse within 20 ms, position in steps of 1 um, still tell the true mass.
+    """Strokes that reverse within 20 ms, with a position in steps of 1 um, show the true mass.
 
-    It is in its interval, which is half a percent wide. The friction is in its own where the speed
+    It lies in its interval, which is 0.5 % wide. The friction lies in its interval if the speed
     differs for long enough.
     """
     files = []

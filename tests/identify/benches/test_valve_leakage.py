@@ -54,7 +54,7 @@ def test_a_new_valve_agrees(tmp_path: Path) -> None:
 
 
 def test_a_pilot_stage_that_leaks_more_is_refitted(tmp_path: Path) -> None:
-    """What the configuration states is a parameter: the leakage line tells its size."""
+    """The configured leakage is a parameter, which the leakage line shows."""
     files = [leaking(tmp_path / f"{i}.csv", 3e-4, 1 + i, 0.0, 1.3 * PILOT) for i in range(2)]
     result, _ = asked("gap", LEAKAGE, files, [], tmp_path)
     pilot = result["parameters"]["pilot_leakage"]
