@@ -13,7 +13,7 @@ from hil_emulator.identify.selection.levels import needed_delta_chi2
 
 def evidence(delta_chi2: float = 500.0, wald: float = 50.0, held_out: float = 400.0,
              variance_factor: float = 1.0) -> Evidence:  # fmt: skip
-    """Return evidence that passes unless told otherwise."""
+    """Return evidence that passes, unless a number is changed."""
     return Evidence(delta_chi2, wald, held_out, needed_delta_chi2(100), variance_factor)
 
 
@@ -48,9 +48,9 @@ def test_an_absurd_size_needs_plain_data() -> None:
     That is the logarithm of a Cauchy density over its peak.
     """
     least = needed_delta_chi2(100) - 2.0 * np.log(cauchy.pdf(10.0) / cauchy.pdf(0.0))
-    known = replace(evidence(), size=-10.0)
-    assert replace(known, wald=1.001 * least).passed
-    assert not replace(known, wald=0.999 * least).passed
+    plausible = replace(evidence(), size=-10.0)
+    assert replace(plausible, wald=1.001 * least).passed
+    assert not replace(plausible, wald=0.999 * least).passed
     assert least - needed_delta_chi2(100) == pytest.approx(9.2, abs=0.1)
 
 

@@ -1,4 +1,4 @@
-"""What cannot be examined is said, with the reason; nothing crashes and nothing gets a name."""
+"""Data that cannot be examined get a verdict with the reason, no crash and no name."""
 
 from dataclasses import replace
 
@@ -70,8 +70,8 @@ def test_one_contradictory_log_is_left_out_by_name() -> None:
     assert sound.contrary == ""
 
 
-def test_logs_that_all_contradict_stay_and_it_is_said_what() -> None:
-    """Where nothing would be left to learn from, nothing is left out: the answer says why."""
+def test_if_all_logs_contradict_physics_the_reason_lists_the_contradictions() -> None:
+    """No log is left out if the fit would have no log for the fit; the verdict has the reason."""
     good, wrong = recorded({}, "steps", 1), recorded({}, "triangles", 5)
     wrong = replace(wrong, readings=wrong.readings | {"load_force": -wrong.readings["load_force"]})
     sound = without_contradictions([wrong], [good], knee_model().plant_values)

@@ -28,7 +28,7 @@ def stopping() -> Readings:
     ideal = {
         "noise_sigma",
         "resolution_step",
-    }  # a load cell without limits: a clipped force is none
+    }  # a load cell without limits, whose force is not clipped
     chain = {c: {n: x for n, x in v.items() if n in ideal} for c, v in knee().sensors.items()}
     sensors = Sensors(model.kernel, chain, 1e-3, np.random.default_rng(1))
     rows = []
@@ -89,7 +89,7 @@ def test_a_set_point_goes_on_through_a_bad_value() -> None:
 
 
 def test_bad_positions_that_hide_each_other_are_left_out() -> None:
-    """Two zeros with a sound sample in between are two bad samples, and that one is none."""
+    """Two zeros around a good sample are two bad samples; the good one stays."""
     values = moving()["position"].copy()
     values[[324, 326]] = 0.0
     kept, notes = cleaned(moving() | {"position": values})

@@ -137,7 +137,7 @@ Delta_X\t0{point}01\t0{point}01\t
 @pytest.mark.parametrize("point", [".", ","])
 @pytest.mark.parametrize("columns", ["One", "No", "Multi"])
 def test_lvm(tmp_path: Path, point: str, columns: str) -> None:
-    """One column of times, none, or one for each channel; decimal points or commas."""
+    """One column of times, no such column, or one per channel; decimal points or commas."""
     heads = {"One": "X_Value\tposition\tload_force", "No": "\tposition\tload_force",
              "Multi": "X_Value\tposition\tX_Value\tload_force"}[columns]  # fmt: skip
     rows = []

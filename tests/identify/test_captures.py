@@ -1,4 +1,4 @@
-"""CAN captures: the same experiment as the emulator's own recording, whoever explains the frames.
+"""CAN captures: the same experiment as the emulator's recording, whatever describes the frames.
 
 The reference is what the recorder kept: set points in force and readings, tick by tick.
 """
@@ -213,7 +213,7 @@ def test_a_damaged_capture_is_refused(run: Run, ending: str, content: bytes) -> 
 
 
 def test_the_same_frames_from_two_channels_are_refused(run: Run) -> None:
-    """Two buses with the same identifiers in one file cannot be told apart."""
+    """Two buses with the same identifiers in one file cannot be separated."""
     file = run.folder / "two.blf"
     with can.Logger(str(file)) as log:
         for k in range(100):

@@ -25,5 +25,5 @@ def test_what_only_one_law_looks_at_is_varied(one: str, other: str, way: str) ->
 
 
 def test_every_pair_has_an_answer() -> None:
-    """Whatever looks alike, something is said."""
+    """Every pair of effects has an instruction that separates them."""
     assert all(contrast(a, [b]) for a in CATALOGUE for b in CATALOGUE)

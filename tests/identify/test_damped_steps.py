@@ -84,11 +84,11 @@ def test_a_residual_is_whole_or_beyond_what_is_asked_for() -> None:
     residuals = [fitter.residual(free, a) for a in at]
     losses = [fitter.loss(free, a, r) for a, r in zip(at, residuals, strict=True)]
     assert losses[0] < losses[1]
-    found = list(fitter.within(free, at, losses[0]))
-    assert found[0] is not None
-    np.testing.assert_array_equal(found[0][0], residuals[0])
-    assert found[0][1] == pytest.approx(losses[0])
-    assert found[1] is None
+    tried = list(fitter.within(free, at, losses[0]))
+    assert tried[0] is not None
+    np.testing.assert_array_equal(tried[0][0], residuals[0])
+    assert tried[0][1] == pytest.approx(losses[0])
+    assert tried[1] is None
     assert None not in list(fitter.within(free, at, losses[1] * (1.0 + 1e-9)))
 
 

@@ -1,4 +1,4 @@
-"""What a fit says of how sure its coordinates are."""
+"""Covariance of the coordinates of a fit."""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Tables of every format give the same experiment; what is missing is said in one message."""
+"""Tables of every format give the same experiment; one message names what is missing."""
 
 import sys
 from collections.abc import Callable
@@ -89,7 +89,7 @@ def test_parquet_with_units_beside_its_columns(tmp_path: Path) -> None:
 
 
 def test_mdf_groups_of_different_rates_share_the_fastest_grid(tmp_path: Path) -> None:
-    """A channel every 10 ms has a value at every tenth sample, and none made up in between."""
+    """A channel every 10 ms has a value at every tenth sample, and no value in between."""
     slow = TIME[::10]
     file = mdf(
         tmp_path / "log.mf4",

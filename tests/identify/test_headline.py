@@ -90,7 +90,7 @@ def test_it_says_what_remains_and_what_is_in_doubt() -> None:
 
 
 def test_it_says_what_hardly_any_machine_has() -> None:
-    """Ordinary parameters that have to be far off beside a name speak for something else."""
+    """Implausible ordinary parameters next to a name are evidence of another effect."""
     result = found(GROWTH)
     result.implausible = ["load_mass is 1.8 times its configured value"]
     assert headline(result)[-1] == (
@@ -108,7 +108,7 @@ def test_it_says_what_hardly_any_machine_has() -> None:
 def test_a_size_has_the_digits_that_its_doubt_leaves(
     value: float, interval: tuple[float, float], size: str
 ) -> None:
-    """Both ends are told where the value does not lie in their middle."""
+    """Both ends are shown if the value does not lie in their middle."""
     assert replace(GROWTH, value=value, unit="N", shown="N", interval=interval).size == size
 
 

@@ -97,9 +97,9 @@ def test_the_rod_follows_in_closed_loop(entry: Stimulus) -> None:
     model = knee_model()
     machine = SimulatedBench(model, model.par, model.chan, Disturbances(1e-5), INSTRUMENTS, 2.5e-4)
     made = target(entry, limits(model.plant_values))
-    found = machine.record(made, 1)
-    position = found.readings["position"]
-    assert len(position) == len(made.time) == len(found.current)
+    recorded = machine.record(made, 1)
+    position = recorded.readings["position"]
+    assert len(position) == len(made.time) == len(recorded.current)
     assert position.min() > made.position.min() - 2e-3
     assert position.max() < made.position.max() + 2e-3
     if not entry.jumps:

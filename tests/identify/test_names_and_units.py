@@ -43,7 +43,7 @@ def test_an_exact_name_goes_before_one_that_is_like_it(tmp_path: Path) -> None:
 
 
 def test_a_near_miss_is_suggested(tmp_path: Path) -> None:
-    """A misspelt channel beside a known one is not left out without a word."""
+    """A misspelt channel next to a known one is not left out without a note."""
     e = read(tmp_path, "presure_a [bar]", "position [mm]")
     assert any('--channel "pressure_a=presure_a"' in note for note in e.notes)
 
@@ -119,7 +119,7 @@ def test_a_time_called_otherwise_has_the_unit_of_its_name(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("name", ["time", "t", "tout"])
 def test_a_time_of_matlab_is_in_seconds(tmp_path: Path, name: str) -> None:
-    """Its name holds no unit; a note says what was taken."""
+    """Its name holds no unit; a note names the column."""
     file = tmp_path / "log.mat"
     scipy.io.savemat(file, {name: np.arange(COUNT) * 1e-3, "position_mm": RAMP})
     (e,) = experiments([file], knee(), Meaning())

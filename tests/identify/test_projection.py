@@ -37,7 +37,7 @@ def test_columns_side_by_side_are_those_of_least_squares(fit: Fit) -> None:
 
 
 def test_a_pair_gains_what_least_squares_gain_with_both(fit: Fit) -> None:
-    """Two effects that hide each other, beside one that explains more than either alone."""
+    """Two effects that hide each other, and one that explains more than either alone."""
     random = np.random.default_rng(4)
     one, third = random.normal(size=(2, ROWS))
     other = -0.9 * one + 0.3 * random.normal(size=ROWS)

@@ -19,8 +19,8 @@ def innovations(field: str, value: float) -> Array:
     chan[model.names.index("position") * len(names) + names.index(field)] = value
     observer = Observer(model, INSTRUMENTS)
     frozen = observer.freeze(data, par, chan)
-    found, _ = observer.innovations(frozen, par, chan)
-    return np.asarray(found[~frozen.data.settling, INSTRUMENTS.index("position")])
+    innovations, _ = observer.innovations(frozen, par, chan)
+    return np.asarray(innovations[~frozen.data.settling, INSTRUMENTS.index("position")])
 
 
 def from_row_to_row(values: Array) -> float:

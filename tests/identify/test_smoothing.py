@@ -35,10 +35,10 @@ def test_a_term_is_the_conditional_mean_of_all_innovations() -> None:
             answers[k + 1, :, j] = weights * (gains.whitening[k + 1].T @ reading)
             deviation = jacobians.maps[k] @ deviation + entries.drives[k] * acting
             deviation = deviation - gains.kalman[k + 1] @ reading
-    seen = answers.reshape(-1, SAMPLES)
+    read_by_sample = answers.reshape(-1, SAMPLES)
     lag = np.abs(np.subtract.outer(np.arange(SAMPLES), np.arange(SAMPLES)))
     prior = VARIANCE * DECAY**lag
-    mean = prior @ seen.T @ np.linalg.solve(
-        seen @ prior @ seen.T + np.eye(len(seen)), residual.ravel()
+    mean = prior @ read_by_sample.T @ np.linalg.solve(
+        read_by_sample @ prior @ read_by_sample.T + np.eye(len(read_by_sample)), residual.ravel()
     )  # fmt: skip
     np.testing.assert_allclose(term[:-1], mean[:-1], rtol=1e-8, atol=1e-10)

@@ -78,8 +78,8 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[str], dict[str, 
     *logs, held = (written(folder, recorded(HIDDEN, *drive, duration=1.0)) for drive in drives)
 
     def identify() -> None:
-        found = identification.examined(ActuatorModel("knee", knee()), logs, [held], ASKED)
-        texts = identification.findings(found.result, [KNEE])
+        identified = identification.examined(ActuatorModel("knee", knee()), logs, [held], ASKED)
+        texts = identification.findings(identified.result, [KNEE])
         write_texts({folder / name: text for name, text in texts.items()})
 
     files = entered(identify)
