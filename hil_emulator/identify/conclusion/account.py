@@ -189,7 +189,7 @@ def judge(result: Result) -> None:
         result.final_at = result.search.reported.at
     if not result.where and result.repeats is not None and result.repeats.unexplained:
         result.verdict = "cannot_tell"
-        result.reason = f"{result.repeats} (`identify` compares the likeliest ones)"
+        result.reason = f"{result.repeats} (`identify` searches for the effect)"
         return
     if not result.where:
         result.verdict = "agrees"

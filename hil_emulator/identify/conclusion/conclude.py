@@ -186,7 +186,10 @@ def conclude_repeated(result: Result, repeats: Repeatability, search: Search) ->
     ways = contrast(effects[0], effects[1:]) if len(effects) > 1 else variation(effects)
     if not effects:
         ways = f"the {repeats.channel.replace('_', ' ')} with a second sensor as well"
-    result.reason += f"; the likeliest explanations are {one} and {other}"
+    result.reason += (
+        "; no effect of the catalogue explains it with certainty: the likeliest explanations are "
+        f"{one} and {other}"
+    )
     result.next_experiment = f"to separate {one} from {other}, record {ways}"
 
 

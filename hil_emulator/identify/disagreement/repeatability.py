@@ -66,7 +66,7 @@ class Repeatability:
             f"{self.rms:.3g} {self.unit} rms of the {self.channel.replace('_', ' ')} are "
             f"unexplained ({self.rms / self.spread:.0%} of its standard deviation), and "
             f"{self.share:.0%} of this variance recurs in the same state of the rod, so it is not "
-            "noise; no effect of the catalogue explains it with certainty"
+            "noise"
         )
 
 
