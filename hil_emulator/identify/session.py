@@ -21,6 +21,7 @@ from hil_emulator.identify.data_checks.shared_noise import counted
 from hil_emulator.identify.estimation.felt import felt
 from hil_emulator.identify.estimation.row_order import ordered
 from hil_emulator.identify.estimation.set_point_course import Investigation
+from hil_emulator.identify.hold_hypothesis import Report, Searched, course, searched, widen
 from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.benches.boundary import as_stated, bounded, with_gain
@@ -31,7 +32,6 @@ from hil_emulator.identify.prediction.parallel.pool import Pool, Threads
 from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
-from hil_emulator.identify.second_search import Report, Searched, course, searched, widen
 from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.platform.cluster import connected
 

@@ -10,8 +10,8 @@ from itertools import islice
 
 import numpy as np
 
-from hil_emulator.identify.disagreement.floor import Floor, spread, strengths
 from hil_emulator.identify.disagreement.freerun import Replay, replay
+from hil_emulator.identify.disagreement.noise_floor import Floor, spread, strengths
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.benches.force_balance import MeasuredStates
@@ -37,7 +37,7 @@ class View:
         replay: errors of the model; benches without a complete actuator have no free run.
         noise: standard deviation of each channel's noise, or 1 in its unit, shape (channels,).
         floors: variance from noise and disturbances at assumed strengths; None if unknown.
-        strength: of each source of the floor in this experiment, see `floor.strengths`.
+        strength: of each source of the floor in this experiment, see `noise_floor.strengths`.
 
     """
 

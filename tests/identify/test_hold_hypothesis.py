@@ -6,18 +6,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil_emulator.identify import second_search
+from hil_emulator.identify import hold_hypothesis
 from hil_emulator.identify.conclusion.record_limits import doubt_rows
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.set_point_course import Investigation
 from hil_emulator.identify.estimation.settled import Settled
+from hil_emulator.identify.hold_hypothesis import Searched, searched, widen
 from hil_emulator.identify.measured.between_rows import CONTROLLER, SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.prediction.plant.parameters import candidates, ordinary
-from hil_emulator.identify.second_search import Searched, searched, widen
 from hil_emulator.identify.selection.certainty import prior_penalty
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.search import Searcher
@@ -90,11 +90,11 @@ def test_a_search_begins_anew_if_named_effects_give_another_course(
 
     "unknown" is another course, too. Without a named effect the course is not estimated again.
     """
-    monkeypatch.setattr(second_search, "followed", lambda *_: replace(GIVEN, answer=after))
+    monkeypatch.setattr(hold_hypothesis, "followed", lambda *_: replace(GIVEN, answer=after))
     asked, search = replace(GIVEN, answer=before), lateness(0.0, [DEAD_TIME])
-    again = second_search.reconsidered(OBSERVER, GIVEN, asked, search, lambda _: None)
+    again = hold_hypothesis.reconsidered(OBSERVER, GIVEN, asked, search, lambda _: None)
     assert (again is not None) == anew
-    assert second_search.reconsidered(OBSERVER, GIVEN, asked, Search([]), lambda _: None) is None
+    assert hold_hypothesis.reconsidered(OBSERVER, GIVEN, asked, Search([]), lambda _: None) is None
 
 
 @pytest.mark.parametrize(
@@ -195,7 +195,7 @@ def test_an_interval_holds_the_value_that_a_held_current_has(
     search = Search([valve], final=fit)
     search.settled = Settled(fit, {valve.name: 0.3, DEAD_TIME.name: 0.1}, {}, [])
     apart = {valve.name: 0.4, DEAD_TIME.name: 9.0}
-    monkeypatch.setattr(second_search, "shifts", lambda *_: apart)
+    monkeypatch.setattr(hold_hypothesis, "shifts", lambda *_: apart)
     last = Searched(replace(GIVEN, answer=answer), SEARCHER, search)
     notes = widen(OBSERVER, last, lambda _: None)
     assert [note for note in notes if "intervals" in note] == notes
