@@ -23,7 +23,7 @@ def test_all_evidence_together_passes() -> None:
 
 
 @pytest.mark.parametrize("candidates", [1, 10, 100, 1000])
-def test_chance_names_nothing_however_many_are_asked_about(candidates: int) -> None:
+def test_chance_names_nothing_among_any_number_of_candidates(candidates: int) -> None:
     """The best of many squared normal variables passes in one healthy machine of a thousand."""
     alone = chi2.cdf(needed_delta_chi2(candidates), 1)
     assert 1.0 - alone**candidates == pytest.approx(1e-3, rel=0.01)

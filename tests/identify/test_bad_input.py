@@ -39,7 +39,7 @@ def log(period: float = 1e-3, driven: bool = True, **readings: np.ndarray) -> Ex
         (log(driven=False), "no balance can be examined"),
     ],
 )
-def test_it_says_why_it_cannot_examine(experiment: Experiment, words: str) -> None:
+def test_data_that_cannot_be_examined_get_the_reason(experiment: Experiment, words: str) -> None:
     """A still rod, a missing position, a slow log, a wrong sign, missing channels."""
     result = identify(knee(), [experiment], cache=CACHE)
     assert result.verdict == "cannot_examine"

@@ -192,7 +192,7 @@ def test_a_drifting_clock_is_refused(run: Run) -> None:
         experiments([file], run.config, Meaning())
 
 
-def test_a_capture_of_something_else_says_what_is_in_it(run: Run) -> None:
+def test_a_capture_of_something_else_lists_its_content(run: Run) -> None:
     """Frames of unknown identifiers: what was wanted, what is there, and what to give."""
     file = run.folder / "other.log"
     with can.Logger(str(file)) as log:

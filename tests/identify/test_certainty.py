@@ -62,7 +62,7 @@ def search(
     ("delta_chi2", "uncertainty", "too_faint"),
     [(300.0, 0.28, False), (300.0, 0.33, True), (500.0, 0.33, False)],
 )
-def test_a_faint_effect_needs_a_value_that_differs_from_none(
+def test_a_faint_effect_needs_a_value_that_differs_from_zero(
     delta_chi2: float, uncertainty: float, too_faint: bool
 ) -> None:
     """Below a percent of the variance, one in a thousand has to be as far off by chance (3.29)."""

@@ -73,7 +73,7 @@ def test_both_ways_are_one_more_than_either() -> None:
     assert 0.5 * BLOCK < by_time <= by_both
 
 
-def test_nobody_knows_a_place_without_a_reading() -> None:
+def test_without_a_reading_the_place_is_unknown() -> None:
     """Where no position was read, there is no place; both ways come by the same ones."""
     there, back = np.linspace(0.0, WAY, SAMPLES), np.linspace(WAY, 0.0, SAMPLES)
     there[10] = np.nan

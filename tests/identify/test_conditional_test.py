@@ -91,7 +91,7 @@ def test_a_term_that_is_the_misfit_of_a_law_gains_nothing() -> None:
     assert test.term(both) == pytest.approx(22.0**2)
 
 
-def test_a_second_effect_is_named_beside_a_law_that_does_not_fit() -> None:
+def test_a_second_effect_is_named_next_to_a_law_that_does_not_fit() -> None:
     """The null is named, however much larger what the leak leaves, which another leak resembles."""
     round_ = judged(0.0, "external_leakage", "null_bias")
     assert round_.accepted
@@ -108,7 +108,9 @@ def test_no_name_where_something_else_explains_far_more(spring: float, accepted:
 
 
 @pytest.mark.parametrize(("law", "accepted"), [(70.0, True), (200.0, False)])
-def test_what_gains_more_than_any_shape_of_a_law_is_none_of_it(law: float, accepted: bool) -> None:
+def test_a_gain_above_that_of_any_shape_of_a_law_is_another_effect(
+    law: float, accepted: bool
+) -> None:
     """Two shapes of the leak hide it from each other, and what they leave lasts."""
     fit = base(law * SHAPE + 70.0 * BEND)
     score = candidate("gain_asymmetry", fit, 0.7 * SHAPE + 0.7 * BEND)
@@ -124,9 +126,7 @@ def test_what_gains_more_than_any_shape_of_a_law_is_none_of_it(law: float, accep
 
 
 @pytest.mark.parametrize(("law", "stands_out"), [(35.0, True), (70.0, False)])
-def test_what_stands_beside_a_law_keeps_nearly_all_of_its_gain(
-    law: float, stands_out: bool
-) -> None:
+def test_an_independent_effect_keeps_nearly_all_of_its_gain(law: float, stands_out: bool) -> None:
     """A fifth of it looks like what the leak leaves; where that is as large, it counts too much."""
     fit = base(law * SHAPE + 70.0 * NULL)
     test = ConditionalTest([term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)], fit)
@@ -145,7 +145,7 @@ def test_what_stands_beside_a_law_keeps_nearly_all_of_its_gain(
         ("external_leakage", 0.0, []),
     ],
 )
-def test_what_acts_elsewhere_is_tried_beside_a_law_that_does_not_fit(
+def test_effects_elsewhere_are_tried_next_to_a_law_that_does_not_fit(
     tried: str, law: float, expected: list[str]
 ) -> None:
     """A null bias is as clear next to the leak's misfit, although four others may gain more."""

@@ -30,7 +30,7 @@ def leaking() -> tuple[Fitter, Fit]:
     return fitter, final
 
 
-def test_what_explains_as_much_beside_the_named_effect_is_no_rival(
+def test_an_effect_that_gains_as_much_in_addition_is_no_rival(
     leaking: tuple[Fitter, Fit],
 ) -> None:
     """The spring explains more than the leak, but not what the leak explains."""

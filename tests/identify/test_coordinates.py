@@ -69,7 +69,7 @@ def without_spread() -> list[str]:
     return [p.name for p in (*shapes, *base) if p.spread is None]
 
 
-def test_every_default_says_how_far_machines_lie_from_it() -> None:
+def test_every_default_states_its_spread_among_machines() -> None:
     """A number that no file states is not exact because a default stands in for it."""
     assert without_spread() == []
 

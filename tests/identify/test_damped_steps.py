@@ -74,7 +74,7 @@ def test_a_damped_step_is_tried_only_where_it_differs_from_the_one_that_failed()
     assert len(along) == len(DAMPINGS)
 
 
-def test_a_residual_is_whole_or_beyond_what_is_asked_for() -> None:
+def test_a_residual_is_complete_or_beyond_the_limit() -> None:
     """Within its own loss it is the one that is computed alone, and its priors count."""
     data = [recorded({}, kind, 5, 0.3) for kind in ("multisine", "steps")]
     fitter = Fitter(Observer(knee_model(), INSTRUMENTS), data)
@@ -92,7 +92,7 @@ def test_a_residual_is_whole_or_beyond_what_is_asked_for() -> None:
     assert None not in list(fitter.within(free, at, losses[1] * (1.0 + 1e-9)))
 
 
-def test_a_fit_at_its_minimum_says_that_nothing_leads_further() -> None:
+def test_a_fit_at_its_minimum_reports_convergence() -> None:
     """Begun there with its own Jacobian, another fit stays to the last bit."""
     fitter = Fitter(Observer(knee_model(), INSTRUMENTS), [recorded({}, "multisine", 5, 0.5)])
     free = parameters.ordinary(knee_model())[:2]

@@ -157,7 +157,7 @@ def test_what_acts_in_a_balance_of_no_effect_is_unknown(returning: tuple[Fitter,
     assert discrepancies.other_laws() == {}
 
 
-def test_nothing_is_left_beside_the_true_law(returning: tuple[Fitter, Fitter]) -> None:
+def test_nothing_is_left_with_the_true_law(returning: tuple[Fitter, Fitter]) -> None:
     """The line's own law leaves nothing that is worth a word, and is not called another one."""
     discrepancies = discrepancies_of(returning, [COORDINATES["back_pressure"]])
     assert discrepancies.unknown() == []

@@ -91,7 +91,7 @@ def test_held_out_data_separate_too() -> None:
     assert rivals_of(best, p.scores, [best, rival])[0] == []
 
 
-def test_a_derivative_of_noise_makes_nobody_alike() -> None:
+def test_a_derivative_of_noise_makes_no_effects_alike() -> None:
     """Who explains next to nothing is no rival, however uncertain the linearised data are.
 
     An effect that hits something has a derivative that is a spike, where residuals are large.

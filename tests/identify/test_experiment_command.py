@@ -38,7 +38,7 @@ def test_it_writes_time_and_position(tmp_path: Path) -> None:
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_folder_that_is_not_there_is_told(tmp_path: Path) -> None:
+def test_a_missing_folder_gets_a_message(tmp_path: Path) -> None:
     """One message and exit code 2."""
     result = CliRunner().invoke(main, ["experiment", "steps", f"--out={tmp_path / 'no' / 's.csv'}"])
     assert result.exit_code == 2

@@ -73,7 +73,7 @@ def test_a_foreign_dbc_with_other_names(tmp_path: Path) -> None:
     np.testing.assert_allclose(read.current[:-1], SHARE[-rows:-1] * 1e-4, atol=1e-9)
 
 
-def test_what_is_missing_is_asked_for(tmp_path: Path) -> None:
+def test_missing_statements_get_the_option_that_makes_them(tmp_path: Path) -> None:
     """Without the names and the rated current there are messages with the missing options."""
     file, dbc = capture(tmp_path / "run.blf"), described(tmp_path)
     with pytest.raises(UserError, match="no frame of a known reading"):
@@ -90,7 +90,7 @@ def test_what_is_missing_is_asked_for(tmp_path: Path) -> None:
         experiments([file], reference(), Meaning(databases=[tmp_path / "missing.dbc"]))
 
 
-def test_a_valve_driver_whose_eds_says_no_more_than_the_profile(tmp_path: Path) -> None:
+def test_a_valve_driver_whose_eds_holds_no_more_than_the_profile(tmp_path: Path) -> None:
     """CiA 408: digits of 0x6300:01 are shares, 16384 of them the rated current."""
     eds_text = shipped("eds/valve_driver.eds").read_text(encoding="latin-1")
     plain = [line for line in eds_text.splitlines()

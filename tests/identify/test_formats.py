@@ -67,7 +67,7 @@ def test_parquet_names_units_in_its_columns(tmp_path: Path) -> None:
     check(load_experiments([file])[0])
 
 
-def test_parquet_with_units_beside_its_columns(tmp_path: Path) -> None:
+def test_parquet_with_units_of_its_columns(tmp_path: Path) -> None:
     """The unit may stand in the metadata of the field, and time may be a date."""
     fields = [
         pyarrow.field("time", pyarrow.timestamp("ns")),
@@ -127,7 +127,7 @@ def test_groups_without_a_common_time_have_two_clocks(tmp_path: Path) -> None:
         load_experiments([file])
 
 
-def test_what_is_called_otherwise_can_be_told(tmp_path: Path) -> None:
+def test_another_name_of_a_channel_can_be_stated(tmp_path: Path) -> None:
     """A logger's own names are mapped to channels."""
     file = mdf(tmp_path / "log.mf4", [signal(POSITION, "CylPos", "mm")])
     read = load_experiments([file], {"CylPos": "position"})[0]

@@ -29,7 +29,7 @@ def found(*effects: Finding) -> Result:
     return Result("missing_effects", "", effects=list(effects), gap=GAP, measure="N")
 
 
-def test_it_says_what_the_machine_does_and_how_well_that_holds() -> None:
+def test_the_headline_has_the_effect_its_size_and_the_error() -> None:
     """The effect, its size with as many digits as it deserves, the error on other data."""
     assert headline(found(GROWTH)) == [
         "The seals' friction grows with pressure: 6.84 +- 0.9 mm^2.",
@@ -77,7 +77,7 @@ def test_without_a_name_the_headline_has_the_channel_furthest_from_a_perfect_mod
     )
 
 
-def test_it_says_what_remains_and_what_is_in_doubt() -> None:
+def test_the_headline_has_the_rest_and_the_rivals() -> None:
     """An unexplained rest, and effects that look alike, are in the headline, not in a footnote."""
     result = found(replace(GROWTH, group=("coulomb_friction",)))
     result.unknown = [
@@ -89,7 +89,7 @@ def test_it_says_what_remains_and_what_is_in_doubt() -> None:
     assert "These data do not distinguish pressure_friction from coulomb_friction." in sentences
 
 
-def test_it_says_what_hardly_any_machine_has() -> None:
+def test_the_headline_has_implausible_parameters() -> None:
     """Implausible ordinary parameters next to a name are evidence of another effect."""
     result = found(GROWTH)
     result.implausible = ["load_mass is 1.8 times its configured value"]
@@ -113,7 +113,7 @@ def test_a_size_has_the_digits_that_its_doubt_leaves(
 
 
 @pytest.mark.parametrize(("share", "words"), [(0.001, "less than 1 %"), (0.93, "93 %")])
-def test_no_share_is_none(share: float, words: str) -> None:
+def test_no_share_is_zero(share: float, words: str) -> None:
     """What was named takes something."""
     assert replace(GROWTH, explained=share).share == words
 

@@ -103,7 +103,7 @@ def test_what_mimics_a_law_elsewhere_explains_no_more_than_the_law(
     assert round_.accepted is accepted
 
 
-def test_another_error_of_the_same_sensor_must_stand_beside_a_free_shape_of_the_first() -> None:
+def test_another_error_of_a_sensor_must_gain_more_than_a_free_shape_of_the_first() -> None:
     """What a delay of another form leaves, looks like cross-talk of the same sensor."""
     late, round_ = named("position.delay", 1000.0, [term(RULER, "acceleration", 900.0)])
     search = Search([], effects=[late.score.coordinate])

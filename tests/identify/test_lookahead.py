@@ -58,7 +58,7 @@ def test_effects_of_their_own_need_no_pair() -> None:
     assert pairs_of(*scanned(-(a + 0.9 * b), {"a": a, "b": b, "c": c})) == []
 
 
-def test_a_pair_beyond_its_range_is_none() -> None:
+def test_a_pair_beyond_its_range_is_not_proposed() -> None:
     """Two that cancel explain anything if they may be as large as they like."""
     common, difference, other = orthogonal(3)
     a, b = 0.97 * common + 0.24 * difference, 0.97 * common - 0.24 * difference

@@ -78,7 +78,7 @@ def test_a_pressure_difference_has_no_gauge_offset(gauge: str) -> None:
 
 
 @pytest.mark.parametrize(("unit", "asked"), [("bar", True), ("bar(g)", False)])
-def test_a_pressure_near_zero_is_asked_about(tmp_path: Path, unit: str, asked: bool) -> None:
+def test_a_pressure_near_zero_gets_a_note(tmp_path: Path, unit: str, asked: bool) -> None:
     """One bar off is the usual mistake."""
     rows = [f"{k * 1e-3},{0.01 * k},{40 + k}" for k in range(COUNT)]
     file = tmp_path / "log.csv"
@@ -127,7 +127,7 @@ def test_a_time_of_matlab_is_in_seconds(tmp_path: Path, name: str) -> None:
     assert any("taken for the time in s" in note for note in e.notes)
 
 
-def test_a_missing_unit_is_asked_for_where_it_can_be_stated(tmp_path: Path) -> None:
+def test_a_missing_unit_gets_the_option_that_states_it(tmp_path: Path) -> None:
     """A vector of MATLAB has no heading: the way out is an option."""
     file = tmp_path / "log.mat"
     scipy.io.savemat(file, {"time": np.arange(COUNT) * 1e-3, "position": RAMP})

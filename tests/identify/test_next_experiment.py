@@ -117,7 +117,7 @@ def test_a_new_experiment_adds_to_what_is_known() -> None:
     assert asked.separability(played) >= 0.9 * asked.now
 
 
-def test_nobody_has_to_wait_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupt_ends_the_forecast(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ctrl-C during the forecast leaves the result without a recommendation."""
     truth, messages = forecaster().explanations[0], list[str]()
     search = Search([])
@@ -148,7 +148,7 @@ def test_the_command_writes_the_experiment(tmp_path: Path, monkeypatch: pytest.M
     assert np.abs(position - 0.04).max() == pytest.approx(0.0126, rel=1e-3)
 
 
-def test_it_says_so_where_no_experiment_helps() -> None:
+def test_the_advice_states_that_no_experiment_helps() -> None:
     """A best candidate that would not separate is not recommended."""
     weak = Candidate("steps", 0.0126, 2.0, 90.0, 3.0)
     text = str(NextExperiment(PLAN.members, 1.0, weak, (), PLAN.command))

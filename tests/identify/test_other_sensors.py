@@ -47,7 +47,7 @@ def changes(sensor: Coordinate) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("name", SENSORS)
-def test_another_sensor_does_what_the_prediction_says(name: str) -> None:
+def test_another_sensor_changes_the_residual_as_predicted(name: str) -> None:
     """Every effect of a sensor, along a run with missing data."""
     carried, predicted = changes(SENSORS[name])
     assert np.linalg.norm(carried - predicted) <= max(0.05 * np.linalg.norm(predicted), UNSEEN)

@@ -151,7 +151,7 @@ def test_a_size_is_a_word_or_a_value(size: str, value: float) -> None:
     assert practice.hide(knee_model(), "gravity", size).value == pytest.approx(value)
 
 
-def test_one_command_line_says_one_thing(tmp_path: Path) -> None:
+def test_contradictory_options_are_refused(tmp_path: Path) -> None:
     """Neither an effect nor --surprise, or a folder that is in use, ends with exit code 2."""
     nothing = CliRunner().invoke(main, ["hide", f"--out={tmp_path / 'a'}"])
     assert (nothing.exit_code, "--surprise" in nothing.output) == (2, True)

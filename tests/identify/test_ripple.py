@@ -101,7 +101,7 @@ def test_without_ripple_nothing_changes() -> None:
     assert np.max(moved) < 1.0
 
 
-def test_pieces_tell_the_same_as_the_whole(
+def test_pieces_give_the_same_as_the_whole(
     rippling: tuple[Fitter, Fit], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of a long recording some rows are carried through the filter at a time."""

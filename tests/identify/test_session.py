@@ -42,7 +42,7 @@ def test_one_hidden_effect_is_named_with_its_value(field: str, value: float, nam
 
 
 @pytest.mark.slow
-def test_every_experiment_says_which_size_it_wants() -> None:
+def test_every_experiment_has_its_estimate() -> None:
     """Of a leak that is the catalogue's, the same; the file has the numbers and the page a picture.
 
     The interval holds the true value, and is no wider than a tenth of it.

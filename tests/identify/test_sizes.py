@@ -20,7 +20,7 @@ def test_the_spread_is_that_of_a_published_analysis() -> None:
     assert of(values, variances).spread ** 2 == pytest.approx(0.3088, abs=1e-3)
 
 
-def test_sizes_of_one_law_are_apart_by_chance_as_often_as_is_told() -> None:
+def test_sizes_of_one_law_differ_by_chance_as_often_as_reported() -> None:
     """Of machines with that law, one in twenty has sizes that one in twenty has."""
     random = np.random.default_rng(8)
     probabilities = [of((1.0 + random.standard_normal(6) * [0.1, 0.2, 0.1, 0.3, 0.1, 0.5]).tolist(),
@@ -96,7 +96,7 @@ def test_of_few_experiments_each_is_divided() -> None:
     assert short.names == ["a log, part 1 of 2", "a log, part 2 of 2"]
 
 
-def test_an_experiment_that_shows_nothing_tells_no_size() -> None:
+def test_an_experiment_without_information_has_no_size() -> None:
     """It takes no part."""
     sizes = Sizes(1.0, 10)
     sizes.add("", np.zeros(40), np.ones(40))

@@ -26,7 +26,7 @@ from tests.studies.generator.cases import campaign as blind
 from tests.studies.generator.cases import case
 from tests.studies.logs.slow_logger import CASES, logged, sort_of
 
-FULL = pytest.mark.full(sibling="test_the_machine_tells_whether_its_current_was_held")
+FULL = pytest.mark.full(sibling="test_the_readings_show_whether_the_current_was_held")
 EVERY = 5
 TICKS = np.arange(1000)
 
@@ -78,7 +78,7 @@ def test_a_jump_between_two_rows_is_known_as_one() -> None:
 @pytest.mark.parametrize(
     ("ticks", "answer"), [pytest.param(1, "moves", marks=FULL), (EVERY, "held")]
 )
-def test_the_machine_tells_whether_its_current_was_held(ticks: int, answer: str) -> None:
+def test_the_readings_show_whether_the_current_was_held(ticks: int, answer: str) -> None:
     """A controller at 1 kHz and one as slow as the logger leave other traces, to two threads."""
     model = knee_model()
     logs = [thinned(e, EVERY) for e in campaign({}, 3, ticks=ticks)[0]]

@@ -46,7 +46,7 @@ def test_a_set_point_in_other_units_is_refused() -> None:
         assert "valve_current" in message(replace(e, current=factor * e.current))
 
 
-def test_nothing_is_said_where_nothing_tells() -> None:
+def test_without_evidence_there_is_no_message() -> None:
     """Sound data; and a position ten times too small is a motion like any other."""
     assert message(scaled(1.0)) == ""
     assert message(scaled(0.1, "position")) == ""

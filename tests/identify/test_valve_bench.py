@@ -82,7 +82,7 @@ def test_whole_recordings_pass_the_edges_of_the_model(opening: float, drop: floa
     assert flow[0] == pytest.approx(law, rel=1e-9)
 
 
-def test_it_says_which_balances_it_examines() -> None:
+def test_the_note_lists_the_examined_balances() -> None:
     """Spool alone; with pressures the flows, too; never a force."""
     model = knee_model()
     spool, _ = bench(model, [only(blocked({}, "steps", 1), "spool_position")])

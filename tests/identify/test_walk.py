@@ -124,7 +124,7 @@ def test_each_folder_of_the_page_is_there() -> None:
     assert described == there - {"selection"}
 
 
-def test_all_of_selection_is_told_by_what_it_does() -> None:
+def test_the_walk_describes_every_file_of_selection() -> None:
     """Who looks for what is proposed, compared and decided finds each file once, and few."""
     files = [f.name for f in (ROOM / "selection").glob("*.py") if f.name != "__init__.py"]
     assert sorted(SELECTION) == sorted(files)

@@ -15,12 +15,12 @@ def finding(group: tuple[str, ...] = (), form: str = "") -> Finding:
     )  # fmt: skip
 
 
-def test_one_effect_is_told_with_value_and_interval() -> None:
+def test_one_effect_is_reported_with_value_and_interval() -> None:
     """Units are those of the workshop."""
     assert str(finding()) == "fixed_pump: flow = 6 l/min (95 %: 5.4 l/min ... 6.6 l/min)"
 
 
-def test_a_verdict_says_what_else_it_may_be_and_that_the_law_is_another_one() -> None:
+def test_a_finding_names_its_rivals_and_another_form_of_its_law() -> None:
     """Who reads no further has read that."""
     words = str(finding(("variable_pump",), "its override would have to be the lowest there is"))
     head = "fixed_pump or variable_pump, by a law of another form: flow of fixed_pump = 6 l/min"

@@ -50,7 +50,7 @@ def test_intervals_of_ordinary_parameters_are_held_against_the_machine() -> None
     assert counted in report([judge(LEAK, answer)])
 
 
-def test_a_class_of_three_counts_if_it_is_told_how_to_separate_it() -> None:
+def test_a_group_of_three_counts_if_the_separating_experiment_is_named() -> None:
     """Without that advice, or with four members, it does not; but it is no wrong name."""
     three = Named("null_bias", ("internal_leakage", "gravity"))
     four = Named("null_bias", ("internal_leakage", "gravity", "overlap"))

@@ -93,7 +93,7 @@ def test_a_missing_effect_is_not_evidence_of_a_moving_current() -> None:
 
 
 @pytest.mark.full(sibling="test_an_effect_in_a_foreign_simulator_is_named")
-def test_an_effect_of_another_size_elsewhere_is_named_beside_the_one_that_makes_it_so() -> None:
+def test_an_effect_of_another_size_elsewhere_is_named_with_its_cause() -> None:
     """A valve with a loop gains less with large openings, where its flow saturates as well."""
     assert known_to_be_held("pairs", 403).exact
 

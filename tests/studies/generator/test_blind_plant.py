@@ -110,7 +110,7 @@ def test_a_late_channel_is_late_by_its_time_in_both_laws() -> None:
 
 
 @pytest.mark.parametrize("period", [1e-3, 2e-3])
-def test_lags_are_those_of_a_device_however_often_it_is_asked(period: float) -> None:
+def test_lags_of_a_device_do_not_depend_on_the_number_of_calls(period: float) -> None:
     """A set point that steps comes as 1 - exp(-x)(1 + x + x^2/2), x = t/lag, between ticks as well.
 
     A ramp is read late by their sum, less exp(-x)(3 + 2x + x^2/2) lags of what has not settled.

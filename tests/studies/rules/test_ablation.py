@@ -59,7 +59,7 @@ def test_a_rule_is_counted_by_the_answers_that_change_without_it() -> None:
     assert table[-1].startswith("3 of 3 (0.44-1.00) cases right")
 
 
-def test_a_case_is_asked_once_about_what_decides_nothing(
+def test_a_rule_that_decides_nothing_is_not_left_out(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A file keeps which rules decided; it is searched again for these alone, and once."""
