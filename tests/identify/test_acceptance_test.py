@@ -1,4 +1,4 @@
-"""What a name must pass."""
+"""Conditions for a name."""
 
 from dataclasses import replace
 
@@ -55,7 +55,7 @@ def test_an_absurd_size_needs_plain_data() -> None:
 
 
 def test_held_out_data_must_show_it_too() -> None:
-    """What one of twenty gains by chance on data that took no part is no sign of an effect."""
+    """A gain on held-out data with p > 0.05 by chance is no evidence of an effect."""
     assert not evidence(held_out=chi2.ppf(0.949, 1)).passed
     assert evidence(held_out=chi2.ppf(0.951, 1)).passed
 

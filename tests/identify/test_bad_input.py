@@ -80,7 +80,7 @@ def test_if_all_logs_contradict_physics_the_reason_lists_the_contradictions() ->
 
 
 def test_a_rod_at_its_stop_may_be_pressed_there() -> None:
-    """What the stop takes does not reach the load: no sign that two recordings were mixed."""
+    """The stop carries a force that does not reach the load: recordings are not mixed."""
     machine = hil.load("hyq_knee")
     log = machine.simulate(lambda t: 1e-3 * np.sin(2.0 * np.pi * t * (1.0 + t / 6.0)), "6 s")
     assert log["model.stop_force"].abs().max() > 3e3

@@ -78,7 +78,7 @@ def test_half_a_percent_at_one_value_is_left_out(channel: str, level: float, wor
 
 
 def test_a_set_point_goes_on_through_a_bad_value() -> None:
-    """What the logger wrote wrongly, the valve got: about what was before and after."""
+    """The valve received a value near those before and after the wrongly logged one."""
     current = 1e-3 * np.sin(2.0 * np.pi * 3.0 * 1e-3 * np.arange(5000))
     rows = np.arange(100, 5000, 700)
     values = current.copy()

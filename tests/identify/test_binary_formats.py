@@ -184,7 +184,7 @@ def test_a_missing_package_is_named_with_the_extra(
     b"LabVIEW Measurement\t\nSeparator\tTab\n",
 ])  # fmt: skip
 def test_a_damaged_file_is_refused(tmp_path: Path, ending: str, content: bytes) -> None:
-    """Whatever is in it: one message that names the file."""
+    """Any damage gives one message that names the file."""
     file = tmp_path / f"log{ending}"
     file.write_bytes(content)
     with pytest.raises(UserError, match=r"log\."):

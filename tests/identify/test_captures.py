@@ -32,7 +32,7 @@ LAYOUTS = {
     "separate": ("configs/hyq_knee.toml", "configs/hyq_knee_separate.toml"),
 }
 DIGIT = {"pressure_a": 1e3, "pressure_b": 1e3, "position": 1e-6, "load_force": 1e-2}
-"""What one digit of a PDO is worth at most, SI."""
+"""Largest value of one digit of a PDO, SI."""
 
 
 @dataclass
@@ -205,7 +205,7 @@ def test_a_capture_of_something_else_lists_its_content(run: Run) -> None:
 @pytest.mark.parametrize("ending", [".blf", ".asc", ".log"])
 @pytest.mark.parametrize("content", [b"", b"LOGG and then nothing", b"\x00\xff" * 300])
 def test_a_damaged_capture_is_refused(run: Run, ending: str, content: bytes) -> None:
-    """Whatever is in it: one message that names the file."""
+    """Any damage gives one message that names the file."""
     file = run.folder / f"bad{ending}"
     file.write_bytes(content)
     with pytest.raises(UserError, match=r"bad\."):

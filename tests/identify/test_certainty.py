@@ -76,7 +76,7 @@ def test_a_faint_effect_needs_a_value_that_differs_from_zero(
 def test_a_faint_effect_explains_more_than_a_free_term(
     delta_chi2: float, free: float, too_faint: bool
 ) -> None:
-    """What is left of ten in chi-square by chance may hold so little; a percent it may not."""
+    """A free term may gain 10 in chi-square by chance; it may not gain 1 % of the effect."""
     assert faint(search(delta_chi2, free=free)) == ["position_friction"] * too_faint
 
 
@@ -102,7 +102,7 @@ def test_a_faint_effect_needs_a_machine_that_occurs() -> None:
 def test_a_faint_effect_would_show_at_its_usual_size(
     delta_chi2: float, information: float, too_faint: bool
 ) -> None:
-    """What chance gives one of a thousand healthy machines is not seen; much is named anyway."""
+    """An effect without enough information is not named for a small gain, but for a large one."""
     finished = search(delta_chi2, information=information)
     assert faint(finished) == ["position_friction"] * too_faint
 
@@ -135,7 +135,7 @@ def test_doubts_come_on_top_of_what_the_data_leave() -> None:
 
 
 def test_a_law_that_lacks_something_leaves_its_value_uncertain() -> None:
-    """What it lacks has a quarter of its amplitude: elsewhere it fits as a quarter more or less."""
+    """A misfit of a quarter of the amplitude makes the value uncertain by a quarter."""
     finished = search(1e4, from_fit=0.1)
     finished.lacks["position_friction"] = 0.25**2
     fit = finished.rounds[-1].base
@@ -266,7 +266,7 @@ def test_sizes_about_zero_are_reported_as_well(about: float, parts: dict[str, st
 
 
 def test_the_misfit_of_a_calibration_counts_for_the_errors_of_its_sensor_only() -> None:
-    """It does not widen the interval of this sensor's gain, but that of other parameters."""
+    """The misfit widens the intervals of other parameters, not that of this sensor's gain."""
     finished = search(1e4)
     last = finished.rounds[-1]
     both = [COORDINATES["load_force.gain_error"], COORDINATES["pressure_a.gain_error"]]

@@ -82,7 +82,7 @@ def test_a_machine_that_swings_slowly_has_one_clock(name: str, kind: str) -> Non
 
 @pytest.mark.parametrize(("name", "faster"), [("position", 0.02), ("load_force", 0.01)])
 def test_a_faster_clock_is_found_on_such_a_machine_as_well(name: str, faster: float) -> None:
-    """What drifts in twelve seconds by more than the machine may swing."""
+    """In 12 s the clock drifts by more than the period of the machine."""
     [which] = cases_called("none-500@crane", 2.0)
     late = drifting(recording(which, "multisine"), name, faster=faster)
     assert "two clocks" in " ".join(contradictions([late], crane().plant_values))

@@ -76,7 +76,7 @@ def test_threads_do_not_change_a_residual() -> None:
 
 @pytest.mark.parametrize("jobs", [1, 3])
 def test_a_point_that_is_too_far_off_is_given_up(jobs: int) -> None:
-    """It lacks experiments at its end, and is worse than asked for; nearer ones are whole."""
+    """Such a point exceeds the limit and lacks its last experiments; nearer points are complete."""
     observer = Observer(knee_model(), INSTRUMENTS)
     logs = [recorded({}, kind, 1, 0.5) for kind in ("steps", "multisine", "triangles")]
     batch = Threads(observer, jobs).freeze(logs, points()[0])
@@ -133,7 +133,7 @@ def test_the_result_is_the_same_on_a_cluster(workers: str) -> None:
 
 @pytest.mark.full(sibling="platform/test_cluster.py::test_a_task_that_kills_workers")
 def test_a_worker_that_dies_is_made_up_for(workers: str) -> None:
-    """What a dead worker had frozen is frozen again; the residuals are the same."""
+    """The experiments of a dead worker are frozen again; the residuals are the same."""
     observer = Observer(knee_model(), INSTRUMENTS)
     logs = [recorded({}, kind, 1, 0.5) for kind in ("steps", "multisine", "triangles")]
     here = Threads(observer).freeze(logs, points()[0])

@@ -11,7 +11,7 @@ SAMPLES = 2500
 BLOCK = 100
 WAY = 0.08
 GROOVES = 2.6e-3
-"""What a ripple of the friction repeats after [m]."""
+"""Wavelength of the friction's ripple [m]."""
 
 
 def strokes() -> list[Experiment]:
@@ -65,7 +65,7 @@ def test_white_noise_is_worth_what_it_is() -> None:
 
 
 def test_both_ways_are_one_more_than_either() -> None:
-    """What is slow in time is no more certain by where the rod is."""
+    """Clusters by place do not reduce the variance of an error that is slow in time."""
     random = np.random.default_rng(9)
     slow = np.repeat(random.standard_normal(4 * SAMPLES // BLOCK), BLOCK)
     column = np.ones(len(slow))

@@ -196,7 +196,7 @@ def test_all_data_decide_between_those_that_hold_elsewhere(
 
 @pytest.mark.parametrize(("hats", "worth"), [(6, True), (24, False)])
 def test_a_term_that_follows_any_ripple_needs_more(hats: int, worth: bool) -> None:
-    """What is worth a word of a term of six hat functions is not, of one of twenty-four."""
+    """A gain that is noticeable with six hat functions is not with twenty-four."""
     fit = base(22.0 * NULL)
     knots = np.zeros(hats)
     statistic = 2.0 * 0.01 * N + 5.0

@@ -1,4 +1,4 @@
-"""What to vary so that two effects part, by what their laws look at."""
+"""Quantities to vary so that two effects are separated, from the arguments of their laws."""
 
 import pytest
 

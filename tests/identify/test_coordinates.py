@@ -35,7 +35,7 @@ def test_a_value_and_its_coordinate_are_each_other_s_inverse(
 
 
 def test_the_configuration_is_at_zero() -> None:
-    """Whichever way a value follows, but an inverse one, which begins at infinity."""
+    """The same for every scaling but the inverse one, which begins at infinity."""
     assert all(coordinate(s).value(0.0) == pytest.approx(4.0) for s in SCALINGS[:3])
     assert coordinate("inverse").value(0.0) == math.inf
 

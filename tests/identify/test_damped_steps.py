@@ -31,7 +31,7 @@ def offered(jacobian: np.ndarray, size: float) -> list[np.ndarray]:
 
 
 def test_the_first_step_is_the_minimum_of_the_linear_model() -> None:
-    """It solves the normal equations, priors included."""
+    """The first step solves the normal equations, priors included."""
     residual = np.array([3.0, 0.5, -1.0])
     first = next(steps(PARALLEL, residual, WEIGHTS, np.zeros(2), ANYWHERE, first=False))
     stacked = np.vstack([PARALLEL, np.eye(2)])

@@ -92,7 +92,7 @@ def test_held_out_data_separate_too() -> None:
 
 
 def test_a_derivative_of_noise_makes_no_effects_alike() -> None:
-    """Who explains next to nothing is no rival, however uncertain the linearised data are.
+    """An effect that explains next to nothing is no rival for any uncertainty of the data.
 
     An effect that hits something has a derivative that is a spike, where residuals are large.
     """

@@ -82,7 +82,7 @@ def test_an_excerpt_stands_for_all_data(few: None) -> None:
 
 
 def test_a_sensor_is_seen_there_as_well(few: None) -> None:
-    """What its reading does to the residuals counts as often as all others' work."""
+    """A sensor's effect on the residuals has the same weight as that of other effects."""
     fitter, part = leaking()
     base = fitter.fit(ORDINARY, np.zeros(3), 2)
     sensors = [c for c in CANDIDATES.values() if c.channel == "pressure_a" and not c.inverse]

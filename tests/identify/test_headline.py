@@ -1,4 +1,4 @@
-"""What a workshop reads first: the effect in words, how far the error fell, what remains."""
+"""Headline of a result: the effect in words, the fall of the error, the rest."""
 
 import re
 from dataclasses import replace
@@ -114,7 +114,7 @@ def test_a_size_has_the_digits_that_its_doubt_leaves(
 
 @pytest.mark.parametrize(("share", "words"), [(0.001, "less than 1 %"), (0.93, "93 %")])
 def test_no_share_is_zero(share: float, words: str) -> None:
-    """What was named takes something."""
+    """A named effect explains a part of the error."""
     assert replace(GROWTH, explained=share).share == words
 
 

@@ -1,4 +1,4 @@
-"""A second search, where a slow log's current may have done something else between the rows."""
+"""A second search with another course of a slow log's current between the rows."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -100,10 +100,10 @@ def test_a_search_begins_anew_if_named_effects_give_another_course(
 @pytest.mark.parametrize(
     ("moving", "holding", "holds"), [(4.0, 3.0, True), (4.0, 5.0, False), (0.5, 0.0, False)]
 )
-def test_a_current_is_held_where_less_has_to_be_believed(
+def test_a_current_is_held_if_its_parameters_are_more_plausible(
     moving: float, holding: float, holds: bool
 ) -> None:
-    """It is asked where one of two answers is hard to believe, and the other may be harder."""
+    """The more plausible course is chosen if one of them needs implausible parameters."""
     knob = replace(ordinary(knee_model())[0], prior=1.0)
 
     def result_of(asked: Investigation) -> Search:
@@ -116,8 +116,8 @@ def test_a_current_is_held_where_less_has_to_be_believed(
     assert answered(result_of, stated=True).investigation.answer == "unknown"
 
 
-def test_what_is_hard_to_believe_counts_in_usual_deviations() -> None:
-    """Three of them are nine, however wide one is; an effect may have any size."""
+def test_the_prior_penalty_counts_in_prior_deviations() -> None:
+    """Three deviations give nine for any width; the size of an effect does not count."""
     ordinary_one = replace(ordinary(knee_model())[0], prior=0.5)
     effect = replace(DEAD_TIME, prior=np.inf)
     fit = Fit([ordinary_one, effect], np.array([1.5, 7.0]), np.zeros(0), np.zeros((0, 2)), 0.0)
@@ -131,7 +131,7 @@ def test_what_is_hard_to_believe_counts_in_usual_deviations() -> None:
 def test_a_current_later_than_one_that_is_held_has_a_dead_time(
     beyond: float, named: bool, again: bool
 ) -> None:
-    """It is searched for, and what is found without it stays if it does not pass."""
+    """The dead time is searched for; without a name the first result stays."""
     last = searched_again(beyond, beyond, named)
     assert bool(last.named) == (again and named)
 
@@ -154,7 +154,7 @@ def test_a_dead_time_that_is_no_longer_than_a_hold_has_no_name() -> None:
 def test_a_current_that_may_be_held_is_where_nothing_else_is_missing(
     late: float, names: bool, holds: bool
 ) -> None:
-    """It comes late as a held one does, and no dead time need be missing; or it comes in time."""
+    """The current is late by a hold, and no dead time is needed; or it is not late."""
 
     def result_of(asked: Investigation) -> Search:
         return lateness(late, [DEAD_TIME] if names and asked.answer == "held" else [])

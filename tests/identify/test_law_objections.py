@@ -94,7 +94,7 @@ def test_a_drifting_zero_is_no_shape_of_friction() -> None:
 def test_what_mimics_a_law_elsewhere_explains_no_more_than_the_law(
     home: float, accepted: bool
 ) -> None:
-    """What outdoes any shape of friction at the load is something else, and hides no candidate."""
+    """A term that gains more than any friction of the load does not object to a candidate."""
     terms = [term(PISTON, "velocity", home), term(LOAD, "velocity", 1150.0)]
     friction, round_ = named("friction_asymmetry", 1000.0, terms)
     search = Search([], effects=[friction.score.coordinate])
@@ -104,7 +104,7 @@ def test_what_mimics_a_law_elsewhere_explains_no_more_than_the_law(
 
 
 def test_another_error_of_a_sensor_must_gain_more_than_a_free_shape_of_the_first() -> None:
-    """What a delay of another form leaves, looks like cross-talk of the same sensor."""
+    """The misfit of a delay of another form looks like cross-talk of the same sensor."""
     late, round_ = named("position.delay", 1000.0, [term(RULER, "acceleration", 900.0)])
     search = Search([], effects=[late.score.coordinate])
     other = named("position.crosstalk", 850.0, [])[0]

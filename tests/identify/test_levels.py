@@ -120,7 +120,7 @@ CLAIMS: dict[str, Callable[[], bool]] = {
 
 @pytest.mark.parametrize("name", CLAIMS)
 def test_a_number_is_right_within_a_factor_of_ten(name: str) -> None:
-    """What it is for holds with it, and neither with a tenth of it nor with ten times as much."""
+    """The claim holds with the number, and with neither a tenth nor ten times of it."""
     claim, value = CLAIMS[name], getattr(discrepancies if name in BELIEFS else levels, name)
     assert claim(), claim.__doc__
     for factor in (0.1, 10.0):

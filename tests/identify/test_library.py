@@ -23,7 +23,7 @@ EVERY = pytest.mark.parametrize("entry", LIBRARY, ids=lambda e: e.name)
 
 @EVERY
 def test_no_target_meets_a_stop_or_outruns_the_valve(entry: Stimulus) -> None:
-    """Whatever the seed: within the stroke, without a jump at the start, below the speed limit."""
+    """For any seed: within the stroke, without a jump at the start, below the speed limit."""
     allowed = limits(knee().plant)
     for seed in range(5):
         made = target(entry, allowed, seed=seed)
@@ -44,7 +44,7 @@ def test_a_slow_machine_gets_a_smaller_experiment(entry: Stimulus) -> None:
 
 @EVERY
 def test_the_amplitude_is_the_largest_deviation(entry: Stimulus) -> None:
-    """What `--amplitude` states is how far the rod goes from the centre, and the seed keeps it."""
+    """`--amplitude` is the largest distance from the centre, for any seed."""
     made = target(entry, limits(knee().plant), amplitude=1e-3, seed=3)
     assert np.abs(made.position - 0.04).max() == pytest.approx(1e-3, rel=0.02)
     again = target(entry, limits(knee().plant), amplitude=1e-3, seed=3)

@@ -102,7 +102,7 @@ def test_a_set_point_in_percent_or_volts(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("head", ["Rod", "Rod [inch]"])
 def test_a_unit_can_be_stated_for_any_channel(tmp_path: Path, head: str) -> None:
-    """What the user states goes before what the file does."""
+    """A statement of the user replaces that of the file."""
     names, units = pairs(["position=Rod [mm]"])
     e = read(tmp_path, head, names=names, units=units)
     np.testing.assert_allclose(e.readings["position"], RAMP * 1e-3)
@@ -151,7 +151,7 @@ def test_thousands_may_be_separated(tmp_path: Path, cell: str, marks: str) -> No
 
 
 def test_a_column_of_text_is_refused(tmp_path: Path) -> None:
-    """It is never taken for a channel that is missing nearly everywhere."""
+    """A column of text is not taken for a channel with missing values."""
     rows = [f"{k},{40 + k},{'high' if k % 5 else 7}" for k in range(COUNT)]
     file = tmp_path / "log.csv"
     file.write_text("\n".join(["time [ms],position [mm],pressure_a [bar]", *rows]))

@@ -90,7 +90,7 @@ def test_a_rival_that_was_not_refitted_is_tried_where_its_slope_leads(
 def test_the_gains_are_those_of_the_finished_model_again(
     pumped: tuple[Fitter, Search, Round],
 ) -> None:
-    """What follows is seen through the model that was found."""
+    """All later gains are computed with the finished model."""
     fitter, search, round_ = pumped
     assert search.final is not None
     fitter.freeze(search.final.coordinates, search.final.at)

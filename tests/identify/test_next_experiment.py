@@ -1,4 +1,4 @@
-"""What to record next: forecasts that come true, and a command that writes the file."""
+"""The next experiment: forecasts that come true, and a command that writes the file."""
 
 import shlex
 from functools import cache

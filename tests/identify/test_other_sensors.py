@@ -1,4 +1,4 @@
-"""What another sensor would have shown, carried along the run, against the prediction itself."""
+"""Residuals with another sensor, carried along the run, compared with the prediction."""
 
 from functools import cache
 

@@ -1,4 +1,4 @@
-"""What is not computed a second time, and what is: fits begin where others have ended."""
+"""Computations that are not repeated, and those that are: fits begin where others have ended."""
 
 from dataclasses import replace
 

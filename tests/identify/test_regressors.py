@@ -1,4 +1,4 @@
-"""What a free term depends on, along a predicted trajectory."""
+"""Regressors of free terms along a predicted trajectory."""
 
 import numpy as np
 import pytest

@@ -120,7 +120,7 @@ def test_pieces_give_the_same_as_the_whole(
 def test_a_step_that_is_taken_in_part_leaves_the_rest_to_the_experiments(
     rippling: tuple[Fitter, Fit], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What they want on average does not hang on how far the value itself was moved."""
+    """The mean of the experiments' estimates does not depend on the step of the value."""
     fitter, fit = rippling
     wanted = []
     for part in (1.0, 0.5):

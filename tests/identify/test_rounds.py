@@ -1,4 +1,4 @@
-"""What a round of the search remembers."""
+"""Data that a round of the search keeps."""
 
 from typing import cast
 
@@ -33,7 +33,7 @@ def test_of_each_balance_the_strongest_terms_keep_their_traces() -> None:
 
 
 def test_of_long_recordings_an_excerpt_of_the_traces_is_kept() -> None:
-    """What is shown of a gap later is seen in the rows in which candidates were looked for."""
+    """Later pictures of the gap use the rows in which candidates were scored."""
     rows, at = np.arange(2, 6), np.zeros(1)
     whole = Fit([], at, np.arange(10.0), np.arange(10.0)[:, None], 0.0)
     part = Fit([], at, 2.0 * whole.residual[rows], 2.0 * whole.jacobian[rows], 0.0)

@@ -38,7 +38,7 @@ def test_a_log_in_the_assumed_order_stays() -> None:
 
 @pytest.mark.parametrize(("stated", "first"), [(True, 2e-3), (False, 1e-3), (None, 1e-3)])
 def test_the_order_can_be_stated(tmp_path: Path, stated: bool | None, first: float) -> None:
-    """What is stated is taken, and not asked of the readings."""
+    """A stated order is used without an estimate from the readings."""
     rows = [f"{k * 1e-3},{(k + 1) * 1e-3},{40 + np.sin(k / 9.0)}" for k in range(100)]
     file = tmp_path / "log.csv"
     file.write_text("\n".join(["time [s],valve_current [A],position [mm]", *rows]))

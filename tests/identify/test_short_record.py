@@ -27,7 +27,7 @@ def test_a_second_names_nothing() -> None:
     [("disagrees", "cannot_tell"), ("unknown_effect", "cannot_tell"), ("agrees", "agrees")],
 )  # fmt: skip
 def test_gap_and_identify_doubt_a_short_record_alike(verdict: Verdict, limited: Verdict) -> None:
-    """What `gap` calls a disagreement is as doubtful on a second of data as a name is."""
+    """On one second of data a disagreement of `gap` is as doubtful as a name."""
     result = Result(verdict, "the model leaves 2 bar")
     second = recorded({}, "steps", 1, 1.0)
     doubt_haste(result, Observer(knee_model(), INSTRUMENTS), [second])

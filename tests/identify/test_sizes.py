@@ -34,7 +34,7 @@ def test_sizes_of_one_law_differ_by_chance_as_often_as_reported() -> None:
 
 
 def test_sizes_that_are_known_exactly_are_as_far_apart_as_they_are() -> None:
-    """It is the standard deviation of the sample then."""
+    """The spread is then the standard deviation of the sample."""
     values = [0.8, 1.0, 1.3, 1.1]
     assert of(values, [1e-12] * 4).spread == pytest.approx(np.std(values, ddof=1))
 
@@ -97,7 +97,7 @@ def test_of_few_experiments_each_is_divided() -> None:
 
 
 def test_an_experiment_without_information_has_no_size() -> None:
-    """It takes no part."""
+    """The experiment is left out."""
     sizes = Sizes(1.0, 10)
     sizes.add("", np.zeros(40), np.ones(40))
     assert sizes.values == []

@@ -1,4 +1,4 @@
-"""What a balance lacked at every moment."""
+"""Smoothed estimate of a missing term over time."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ SAMPLES, STATES, CHANNELS, DECAY, VARIANCE = 30, 3, 2, 0.8, 2.5
 
 
 def test_a_term_is_the_conditional_mean_of_all_innovations() -> None:
-    """It is what the joint normal distribution of term and innovations gives, sample by sample."""
+    """The smoother gives the mean of the joint normal distribution of term and innovations."""
     random = np.random.default_rng(7)
     gains = Gains(
         0.2 * random.normal(size=(SAMPLES, STATES, CHANNELS)),

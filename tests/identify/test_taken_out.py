@@ -11,7 +11,7 @@ COORDINATES = {c.name: c for c in candidates(knee_model(), INSTRUMENTS)}
 
 
 def test_effects_of_one_stage_and_errors_of_one_sensor_act_at_one_place() -> None:
-    """What acts at the place of the best candidate, or of a named effect, may be its rival."""
+    """A candidate at the place of the best one, or of a named effect, may be its rival."""
 
     def same(one: str, other: str) -> bool:
         return COORDINATES[one].stage == COORDINATES[other].stage

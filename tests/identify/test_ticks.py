@@ -107,7 +107,7 @@ def test_loops_serve_every_model(model: PlantModel) -> None:
 def test_code_is_loaded_only_for_many_steps(
     model: PlantModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What the cache holds is not loaded for few steps, in whose place other code serves."""
+    """Cached code is not loaded for few steps, which other code can do."""
     kept = Ticks(model.kernel, tmp_path)
     leaking = with_leakage(model)
     with monkeypatch.context() as patched:
@@ -148,7 +148,7 @@ def test_an_effect_that_acts_is_known(
 def test_code_takes_the_steps_without_its_effects_as_well(
     model: PlantModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What was done without an effect speaks for code that knows it, once that acts as well."""
+    """Steps without an effect count for code with this effect, once the effect acts as well."""
     kept = Ticks(model.kernel, tmp_path)
     leaking = with_leakage(model)
     at_once(monkeypatch, 100)

@@ -21,7 +21,7 @@ def test_one_effect_is_reported_with_value_and_interval() -> None:
 
 
 def test_a_finding_names_its_rivals_and_another_form_of_its_law() -> None:
-    """Who reads no further has read that."""
+    """The first sentence has both."""
     words = str(finding(("variable_pump",), "its override would have to be the lowest there is"))
     head = "fixed_pump or variable_pump, by a law of another form: flow of fixed_pump = 6 l/min"
     assert words.startswith(head)

@@ -60,7 +60,7 @@ def test_growth_of_friction_with_pressure_is_named(
 def test_a_chamber_that_nothing_shows_has_to_be_stated(
     seals: Callable[[float], list[Path]], tmp_path: Path
 ) -> None:
-    """It may be absent or at a constant pressure; either is a line, and the message has both.
+    """The chamber may be absent or at a constant pressure; the message has the line for either.
 
     Three bar behind an annulus of 2 cm^2 take 60 N from the load, and nothing else.
     """

@@ -56,7 +56,7 @@ def test_a_valve_as_configured_agrees(tmp_path: Path) -> None:
 
 
 def test_pressures_of_blocked_ports_are_those_at_which_flows_balance(tmp_path: Path) -> None:
-    """Whatever creeps through the edges has filled the ports: within 10 Pa of the closed form."""
+    """Leakage through the edges has filled the ports: within 10 Pa of the closed form."""
     _, current = triangle(400.0, 2.0, 3e-4, 1)
     a, b, _ = blocked_ports(current, 5e-5)
     rows = Experiment("sweep", 0.5, current, {"pressure_a": a, "pressure_b": b})
