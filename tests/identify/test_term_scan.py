@@ -22,7 +22,7 @@ RESISTANCE = 3e13
 
 
 Seen = tuple[Fitter, list[DiscrepancyTerm], Fit]
-"""The data of a machine, its free terms, and the fit that they are beside."""
+"""The data of a machine, its free terms, and the fit to which they are added."""
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +70,7 @@ def test_a_term_of_each_balance_is_scored(returning: Seen) -> None:
 
 
 def test_of_each_balance_few_terms_keep_what_is_large(returning: Seen) -> None:
-    """The one that explains the most keeps its columns; what is said of the others is the same."""
+    """The strongest term keeps its columns; the numbers of the others do not change."""
     fitter, terms, fit = returning
     few = score_terms(fitter, fit.coordinates, fit.at, Projection(fit), kept=1)
     assert [t.statistic for t in few] == [t.statistic for t in terms]

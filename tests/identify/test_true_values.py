@@ -33,7 +33,7 @@ CANDIDATES = {c.name: c for c in parameters.candidates(knee_model(), INSTRUMENTS
     "name", [n if n in ALWAYS else pytest.param(n, marks=FULL) for n in CANDIDATES]
 )
 def test_a_value_comes_out_where_it_is(name: str) -> None:
-    """Of two recordings of a machine that has the effect in its typical size, or lets none see it.
+    """From two recordings of a machine with the effect in its typical size, unless it is invisible.
 
     Ordinary parameters are off as well. Nothing of the predictor is in the data: they come from the
     emulator, with its step of 20 us.
