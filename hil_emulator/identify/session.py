@@ -130,6 +130,7 @@ def _identified(
     candidates = _chosen(examinable(model, predictor), question)
     ordinary = parameters.ordinary(model, tolerances(predictor))
     nuisances = felt(predictor, learn, ordinary, jobs)
+    nuisances += [c for c in ordinary if c.field in predictor.later and c not in nuisances]
     given = ordered(predictor, Investigation(learn, check, nuisances, candidates), report, jobs)
     first_choice = course(predictor, given, report, stated=question.set_points, jobs=jobs)
     if first_choice is None:

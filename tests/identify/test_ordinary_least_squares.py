@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hil_emulator.config.load import load
-from hil_emulator.identify.data_checks.plausible import dissipative
+from hil_emulator.identify.data_checks.direction import dissipative
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.ordinary_least_squares import ordinary_least_squares
 from hil_emulator.identify.measured.data import load_experiments

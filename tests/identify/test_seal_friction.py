@@ -33,7 +33,7 @@ def examined(seal: str) -> Result:
 
 def error(result: Result, round_: int) -> float:
     """Return the held-out error of the model at the start of a round [N]."""
-    from hil_emulator.identify.data_checks.plausible import dissipative
+    from hil_emulator.identify.data_checks.direction import dissipative
 
     assert result.search is not None
     base = result.search.rounds[round_].base

@@ -107,9 +107,12 @@ def _describe_unknown(searcher: Searcher, search: Search, result: Result) -> Non
 
 def _where(searcher: Searcher, searched: Round, views: Sequence[View]) -> list[Disagreement]:
     """Return the balances that disagree at the start of a round."""
-    names = searcher.fitter.predictor.model.signal_names
-    parts = [regressors(v.replay.track.astype(np.float64), names, v.experiment.period)
-             for v in views]  # fmt: skip
+    predictor = searcher.fitter.predictor
+    names, absent = predictor.model.signal_names, predictor.absent
+    parts = [
+        regressors(v.replay.track.astype(np.float64), names, v.experiment.period, absent=absent)
+        for v in views
+    ]
     states = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
     count = len(searcher.fitter.predictor.channels)
     if searched.rows is not None:

@@ -65,7 +65,9 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
         )
         for t in search.unexplained
     ]  # fmt: skip
-    unseen = [s.coordinate.name for s in search.rounds[0].scores if not s.visible]
+    first = search.rounds[0]
+    unseen = [s.coordinate.name for s in first.scores
+              if not s.visible and s.statistic < first.needed]  # fmt: skip
     parameters = _refitted(search)
     result = Result("nothing_missing", _explained(search, parameters))
     result.nearest, result.parameters = search.nearest, parameters

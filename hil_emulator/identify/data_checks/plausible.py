@@ -1,11 +1,10 @@
-"""Signs of channels that contradict physics: reported, and reversed if only that is possible."""
+"""Channels that contradict physics in sign, size or clock: the contradictions in words."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import nnls
-from scipy.signal import savgol_filter
 
 from hil_emulator.identify.data_checks import clocks, magnitudes, unit_mistakes
 from hil_emulator.identify.measured.experiment import Array, Experiment, Mask, noise_of
@@ -32,18 +31,6 @@ AT_STOP = 0.005
 
 FEWEST = 20
 """Samples needed for a correlation (assumed)."""
-
-
-def speed(experiment: Experiment, smoothing: float = 0.15) -> Array:
-    """Return the velocity by sliding parabolas, NaN where the position is missing [m/s]."""
-    position = experiment.readings["position"]
-    good = np.isfinite(position)
-    index = np.arange(len(position))
-    filled = np.interp(index, index[good], position[good])
-    width = min(max(5, round(smoothing / experiment.period) // 2 * 2 + 1), len(position) // 2)
-    width -= 1 - width % 2
-    velocity = savgol_filter(filled, max(3, width), 2, deriv=1, delta=experiment.period)
-    return np.asarray(np.where(good, velocity, np.nan))
 
 
 def hydraulic_force(experiment: Experiment, plant: Mapping[str, float]) -> Array:
@@ -81,7 +68,7 @@ def _driven(e: Experiment) -> str:
     velocity = clocks.motion(e, 1)
     along = clocks.likeness(e.current, velocity, e.period)
     against = clocks.likeness(-e.current, velocity, e.period)
-    contrary = _correlation(e.current, speed(e, 0.02)) < CONTRARY
+    contrary = _correlation(e.current, velocity) < CONTRARY
     if contrary and against > max(RELATED, along):
         return (
             "the rod moves against the valve current; "
@@ -175,32 +162,3 @@ def _scale(force: Array, measured: Array) -> str:
         f"load_force is {ratio:.2g} times what the pressures give"
         f"{unit_mistakes.likely('N', ratio)}; is its unit, or that of the pressures, right?"
     )
-
-
-def dissipative(
-    experiments: Sequence[Experiment], plant: Mapping[str, float], driven: bool = False
-) -> list[Experiment]:
-    """Return force-balance experiments in which friction takes energy.
-
-    A test machine may count its position in the other direction. Friction would then drive the rod,
-    which is impossible, so the position is reversed, with a note. The force of a drive acts along
-    the motion; the force that a rod passes on acts against it.
-    """
-    work = 0.0
-    for e in experiments:
-        v = speed(e)
-        gap = e.readings["load_force"] - hydraulic_force(e, plant)
-        gap = -gap if driven else gap
-        good = np.isfinite(v) & np.isfinite(gap)
-        v, gap = v[good], gap[good] - np.median(gap[good])
-        work += float(np.sum(v * gap)) / max(float(np.sqrt(np.sum(v**2) * np.sum(gap**2))), 1e-30)
-    if work <= 0.0:
-        return list(experiments)
-    return [_reversed(e) for e in experiments]
-
-
-def _reversed(e: Experiment) -> Experiment:
-    position = e.readings["position"]
-    note = "position: friction would drive the rod, so position counts against extension; reversed"
-    turned = float(np.nanmax(position) + np.nanmin(position)) - position
-    return replace(e, readings=e.readings | {"position": turned}, notes=(*e.notes, note))

@@ -206,7 +206,7 @@ def _conditions(states: Regressors) -> Iterator[tuple[str, Mask]]:
         ("spool position", "mA", 1e3), ("pressure a", "bar", 1e-5), ("pressure b", "bar", 1e-5),
         ("pressure difference", "bar", 1e-5),
     ):  # fmt: skip
-        for level in _levels(states[name], scale):
+        for level in _levels(states[name], scale) if name in states else ():
             yield f"{name} < {level:g} {label}", states[name] * scale < level
             yield f"{name} > {level:g} {label}", states[name] * scale > level
 

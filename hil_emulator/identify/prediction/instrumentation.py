@@ -1,9 +1,11 @@
 """What the channels that are there allow: a predictor, its effects, and how well known they are."""
 
+import copy
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
-from hil_emulator.identify.data_checks import plausible
+from hil_emulator.identify.data_checks import direction
 from hil_emulator.identify.data_checks.consistency import DRIVEN, travel
 from hil_emulator.identify.measured.experiment import FLOW, REFERENCE, Experiment
 from hil_emulator.identify.prediction.benches import force_balance
@@ -20,8 +22,10 @@ from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.observer.predictor import Predictor
 from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.nominal import of_forces
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.model.sensors import CHANNELS
+from hil_emulator.units import show
 
 FORCES = {
     "force balance": ("position", "load_force", "pressure_a", "pressure_b"),
@@ -86,7 +90,7 @@ def predicting(
         why = _slow(everything)
         return None if why else Observer(model, names), learn, check, why
     if "load_force" in names and {"pressure_a", "pressure_b"} & set(names):
-        turned = plausible.dissipative(everything, model.plant_values)
+        turned = direction.dissipative(everything, model.plant_values)
         return (
             force_balance.StaticObserver(model), turned[: len(learn)], turned[len(learn) :], ""
         )  # fmt: skip
@@ -98,7 +102,7 @@ def predicting(
 
 
 def _balance(
-    model: PlantModel, learn: list[Experiment], check: list[Experiment], contrary: str = ""
+    model: PlantModel, learn: list[Experiment], check: list[Experiment]
 ) -> tuple[Predictor | None, list[Experiment], list[Experiment], str]:
     """Return what predicts on a bench that the configuration declares to be one of forces."""
     kind = model.config.bench.kind
@@ -107,10 +111,17 @@ def _balance(
         if lacking:
             return None, learn, check, _unknown(e, kind, lacking)
     driven = kind == "driven axis"
-    turned = plausible.dissipative([*learn, *check], model.plant_values, driven)
-    return (
-        force_balance.StaticObserver(model, driven), turned[: len(learn)], turned[len(learn) :], ""
-    )  # fmt: skip
+    stated = [model.config.bench.chambers.get(name, 0.0) for name in force_balance.CHAMBERS]
+    chambers = not driven and not all(math.isnan(pressure) for pressure in stated)
+    turned = direction.dissipative([*learn, *check], model.plant_values, driven)
+    model = copy.copy(model)
+    model.nominal = of_forces(turned)
+    balance = force_balance.StaticObserver(model, driven, chambers)
+    if distance := balance.presliding(turned):
+        way = show(float(f"{distance:.2g}"), "m", "mm")
+        late = f"friction: slides after a presliding_distance of {way}"
+        turned[0] = replace(turned[0], notes=(*turned[0].notes, late))
+    return balance, turned[: len(learn)], turned[len(learn) :], ""
 
 
 def _unknown(e: Experiment, kind: str, lacking: Sequence[str]) -> str:
@@ -150,7 +161,7 @@ def examinable(model: PlantModel, predictor: Predictor) -> list[Coordinate]:
     if isinstance(predictor, SweepBench):
         return [c for c in found if at_rest(c, predictor)]
     if isinstance(predictor, force_balance.StaticObserver):
-        return [c for c in found if force_balance.examinable(c, predictor.driven)]
+        return [c for c in found if force_balance.examinable(c, predictor)]
     return found
 
 

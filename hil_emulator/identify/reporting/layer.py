@@ -5,6 +5,7 @@ from pathlib import Path
 
 from hil_emulator.identify.conclusion.findings import Finding, Refitted, rounded
 from hil_emulator.identify.conclusion.result import Result
+from hil_emulator.identify.measured.experiment import FLOWS
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.reporting.channel_errors import Errors, number, titled
 from hil_emulator.identify.selection.progress import Search
@@ -39,6 +40,9 @@ def layer(result: Result, files: Sequence[Path], date: str) -> str:
         for finding in result.effects:
             coordinate = next(c for c in result.search.effects if c.name == finding.name)
             row = _effect(result.search, coordinate, finding)
+            if coordinate.channel in FLOWS:
+                lines.append(f"# {coordinate.channel}, which only the bench meters: {row}")
+                continue
             tables.setdefault(_table(coordinate), []).append(row)
         for coordinate, value in _refitted(result):
             refitted = None if result.added else result.parameters[coordinate.name]

@@ -79,12 +79,17 @@ def faint(search: Search) -> list[str]:
 
     """
     left = search.rounds[-1].base
-    least, unlikely = NOTICEABLE * left.sample_size, bool(not_by_chance(left))
+    unlikely = bool(not_by_chance(left))
     return [c.name for c in search.effects
-            if (found := search.selected_in(c.name)).best < least
+            if (found := search.selected_in(c.name)).best < NOTICEABLE * _variance(found, left)
             and (c.name in search.forms or not found.trials[0].score.visible
                  or _far_less(found) or _below_a_free_term(search, found) or unlikely
                  or _may_be_none(search, found, c.name))]  # fmt: skip
+
+
+def _variance(named: Round, left: Fit) -> float:
+    """Return the chi-square of which a gain is a share: by the noise by which it was computed."""
+    return left.sample_size if left.effective is None else named.base.chi2
 
 
 def deviation(search: Search, fit: Fit, name: str) -> float:
@@ -132,7 +137,9 @@ def _deviations(search: Search, fit: Fit, name: str) -> tuple[float, float, int]
     lacking, told_by = math.sqrt(search.lacks.get(name, 0.0)) * abs(float(fit.at[i])), HATS - 1
     if search.settled is None:
         spread = float(np.sqrt(fit.covariance()[i, i]))
-        found = max(spread, search.selected_in(name).trials[0].deviation)
+        # estimated noise held the effect itself when it was named
+        named = search.selected_in(name).trials[0].deviation if fit.effective is None else 0.0
+        found = max(spread, named)
     else:
         found, sizes = search.settled.deviations[name], search.settled.sizes[name]
         if sizes.elsewhere > lacking:

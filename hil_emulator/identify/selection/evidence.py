@@ -131,15 +131,17 @@ def _as_good(trial: Trial, explained: float, best: float) -> bool:
     return explained >= min((1.0 - SMALL_PART) * best, best - chance)
 
 
-def _modesty(trial: Trial) -> tuple[int, float]:
-    """Return what equals are ordered by: assumed parameters, then what they explain of all data.
+def _modesty(trial: Trial) -> tuple[int, bool, float]:
+    """Return what equals are ordered by: assumed parameters, the place, what they explain of all.
 
-    Where the noise is estimated, held-out data are too few to be added.
+    Where the noise is estimated, as on a bench of forces, effects of the machine come before errors
+    of the load cell, and held-out data are too few to be added.
     """
     explained = trial.evidence.delta_chi2
     if trial.fit.effective is None:
         explained += trial.evidence.held_out
-    return _assumed(trial.score.coordinate), -explained
+    coordinate, bench = trial.score.coordinate, trial.fit.effective is not None
+    return _assumed(coordinate), bench and bool(coordinate.channel), -explained
 
 
 def _assumed(coordinate: Coordinate) -> int:

@@ -20,6 +20,7 @@ from hil_emulator.identify.prediction.free_terms.term_matching import (
     acts_in,
     calibrates,
     depends_on,
+    is_constant,
     is_curve,
     is_part,
 )
@@ -281,7 +282,7 @@ def judge(search: Search, found: Round) -> None:
     """
     owners = _owners(search, found)
     own = _laws(search, found, owners)
-    if overshadowed(found, own):
+    if overshadowed(found, own) and not _beside_friction(found):
         found.accepted = stands_beside(found, own)
     else:
         found.accepted = bool(found.trials) and found.trials[0].evidence.passed
@@ -290,6 +291,18 @@ def judge(search: Search, found: Round) -> None:
         of_a_sensor = bool(found.trials[0].score.coordinate.channel)
         found.accepted = of_a_sensor and _apart(found, own, found.trials[0])
     found.unknown = not found.accepted and any(t.title not in owners for t in found.worthwhile)
+
+
+def _beside_friction(judged: Round) -> bool:
+    """Return whether a constant force explains nearly all that the best candidate of a bench does.
+
+    On a balance of forces, which alone estimates its noise, any shape over velocity holds a
+    constant. Friction acts against the motion, so that motion both ways separates the two.
+    """
+    least = NEARLY_ALL * judged.best
+    return judged.base.effective is not None and any(
+        is_constant(t.score.coordinate) and t.evidence.delta_chi2 > least for t in judged.trials
+    )
 
 
 def _apart(found: Round, laws: Sequence[DiscrepancyTerm], trial: Trial) -> bool:
@@ -309,5 +322,9 @@ def _laws(search: Search, found: Round, owners: Collection[str]) -> list[Discrep
 
 
 def _named_for(search: Search) -> float:
-    """Return the most that an effect in the model gained when it was named."""
-    return max((trials[0].evidence.delta_chi2 for trials in search.selections), default=0.0)
+    """Return the most that an effect in the model gained when it was named.
+
+    Gains by a noise that is estimated in each round anew cannot be compared.
+    """
+    return max((trials[0].evidence.delta_chi2 for trials in search.selections
+                if trials[0].fit.effective is None), default=0.0)  # fmt: skip

@@ -119,8 +119,7 @@ class Searcher:
                 judge(search, found)
             if not found.accepted:
                 self._beside_laws(search, found)
-            if not found.accepted:
-                found = self._in_less_noise(search, found)
+            found = self._in_less_noise(search, found)
             if found.accepted:
                 self._accept(search, found)
             found.slim()
@@ -223,7 +222,8 @@ class Searcher:
     def _in_less_noise(self, search: Search, found: Round) -> Round:
         """Judge a round again by the noise that its likeliest candidate leaves, if it is named."""
         noisy = self.fitter.batch
-        best = quietest(self.fitter, found.base, found.scores)
+        likely = [t.score for t in found.trials] or found.scores
+        best = quietest(self.fitter, found.base, likely)
         if best is None:
             return found
         base = self.fitter.fit(found.base.coordinates, found.base.at, AGAIN)

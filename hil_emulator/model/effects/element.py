@@ -16,9 +16,10 @@ _OUTPUT = Quantity("output", "span", "output of the low-pass")
 
 @effect(
     element,
-    knob=Param("time_constant", "s", "time constant of the low-pass", 5e-4, 0.0, 1.0, shown="ms"),
+    knob=Param("time_constant", "s", "time constant of the low-pass", 5e-4, 0.0, 60.0, shown="ms"),
     states=(_BEFORE, _OUTPUT),
-    source="first order: 0.1 to 2 ms in pressure ports and amplifiers; assumed",
+    source="first order: 0.1 to 2 ms in pressure ports and amplifiers, seconds in flow meters; "
+    "assumed",
     signature="the channel lags its quantity",
     not_modelled="for an estimator of velocity the positions lag, not the velocity",
 )

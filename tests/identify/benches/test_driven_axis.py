@@ -83,6 +83,53 @@ def test_fast_motion_gives_the_mass(tmp_path: Path, phase: float) -> None:
         assert low < VISCOUS < high
 
 
+def guide(file: Path, kind: int, dry: float, offset: float, asymmetry: float = 0.0) -> Path:
+    """Record 40 s of a light axis to and fro, with dry friction that ripples along the stroke."""
+    random = np.random.default_rng(kind)
+    time = np.arange(0.0, 40.0, 0.01)
+    w = 2.0 * np.pi * (0.11 + 0.04 * kind)
+    position, velocity = 0.02 * np.sin(w * time), 0.02 * w * np.cos(w * time)
+    force = dry * np.sign(velocity) * (1.0 + 0.03 * np.sin(500.0 * position)) + offset
+    force += dry * asymmetry - 5.0 * 0.02 * w * w * np.sin(w * time)
+    return recorded(file, {
+        "time [s]": time,
+        "position [mm]": 100.0 + 1e3 * position + random.normal(0.0, 5e-3, len(time)),
+        "velocity [mm/s]": 1e3 * velocity,
+        "load_force [N]": force + random.normal(0.0, 0.01 * dry, len(time)),
+    })  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("dry", "offset", "asymmetry"),
+    [
+        (300.0, -109.0, 0.0),
+        pytest.param(8.0, 350.0, 0.0, marks=pytest.mark.slow),
+        pytest.param(80.0, 0.0, 0.1, marks=pytest.mark.slow),
+    ],
+)
+def test_a_constant_beside_dry_friction_is_named(
+    tmp_path: Path, dry: float, offset: float, asymmetry: float
+) -> None:
+    """Motion both ways separates them; asymmetry of dry friction is a constant, too.
+
+    A bench without any chamber has no word of a pressure.
+    """
+    config = tmp_path / "axis.toml"
+    config.write_text('[bench]\nkind = "driven axis"\n[load]\nmass = "5 kg"\n')
+    files = [guide(tmp_path / f"axis{i}.csv", i, dry, offset, asymmetry) for i in range(3)]
+    result, shown = asked("identify", config, files[:2], files[2:], tmp_path)
+    effects = {effect["name"]: effect for effect in result["effects"]}
+    low, high = effects.pop("coulomb_friction")["interval"]
+    assert low < dry < high < 1.2 * low
+    (constant,) = effects.values()
+    alike = {constant["name"], *constant["group"]}
+    assert {"gravity", "load_force.offset"} <= alike
+    assert ("friction_asymmetry" in alike) == (abs(offset) < dry)
+    unit = dry if constant["name"] == "friction_asymmetry" else 1.0
+    assert constant["value"] * unit == pytest.approx(offset + dry * asymmetry, rel=0.02)
+    assert "pressure" not in shown.replace("without any pressure", "")
+
+
 def test_a_carriage_as_configured_agrees(tmp_path: Path) -> None:
     """Of the gap what remains is the noise of the force sensor."""
     files = [carriage(tmp_path / f"axis{i}.csv", i, 0.0) for i in range(2)]

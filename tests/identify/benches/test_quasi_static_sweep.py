@@ -8,7 +8,12 @@ import pytest
 from hil_emulator.config.load import load
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.benches.boundary import bounded, with_values
-from hil_emulator.identify.prediction.benches.sweep_bench import sweep_bench
+from hil_emulator.identify.prediction.benches.sweep_bench import (
+    SweepBench,
+    examinable,
+    sweep_bench,
+)
+from hil_emulator.identify.prediction.plant.parameters import candidates
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.platform.paths import cache_folder
 from tests.identify.benches.asked import asked, bench, names, recorded
@@ -90,6 +95,62 @@ def test_underlap_is_named_from_blocked_ports(tmp_path: Path) -> None:
     result, _ = asked("identify", SWEEP, files[:2], files[2:], tmp_path)
     assert names(result) == ["underlap"]
     assert result["effects"][0]["value"] == pytest.approx(5e-5, rel=0.01)
+
+
+def at_rest(tmp_path: Path, valve: str, rows: Experiment) -> SweepBench:
+    """Return what predicts rows of a valve that is configured with further effects."""
+    text = SWEEP.read_text().replace("[valve]", f"[valve]\n{valve}")
+    file = tmp_path / "valve.toml"
+    file.write_text(text)
+    model = PlantModel(load([file]), cache_folder())
+    predictor, why = sweep_bench(bounded(model, model.config.bench), [rows])
+    assert predictor is not None, why
+    return predictor
+
+
+def test_a_loop_is_followed_from_any_current(tmp_path: Path) -> None:
+    """A sweep may begin at the rated current, where the loop is on its upper branch.
+
+    Down from there the branch changes by Dahl's law does: z = (z0 + 1) exp((i - i0)/i_t) - 1.
+    """
+    current = np.linspace(10e-3, -10e-3, 401)
+    rows = Experiment("sweep", 0.5, current, {"spool_position": current})
+    loop = 'hysteresis = { width = "0.4 mA", transition = "0.3 mA" }'
+    predictor = at_rest(tmp_path, loop, rows)
+    par, chan = predictor.model.memory((), ())
+    residual, _ = predictor.innovations(predictor.freeze(rows, par, chan), par, chan)
+    side = 2.0 * np.exp((current - current[0]) / 3e-4) - 1.0
+    assert np.max(np.abs(residual[:, 0] - 0.5 * 4e-4 * side)) < 0.04 * 4e-4
+
+
+@pytest.mark.parametrize("channel", ["flow_a", "pressure_a"])
+def test_no_candidate_is_beyond_what_a_sweep_can_solve(tmp_path: Path, channel: str) -> None:
+    """With hysteresis and threshold, each effect at its typical size has a finite residual.
+
+    Lags and a rate limit change nothing in a slow sweep, and lags are no candidates.
+    """
+    current = 3e-3 * np.sin(np.linspace(-1.5, 9.0, 60))
+    readings = {channel: np.zeros(60), "pressure_a": np.full(60, 80e5)}
+    rows = Experiment("sweep", 0.3, current, readings)
+    loop = 'hysteresis = { width = "0.2 mA", transition = "0.1 mA" }\nthreshold = "20 uA"'
+    slow = 'driver_lag = "1 ms"\npilot_lag = "1 ms"\nspool_rate_limit = "1 A/s"'
+    predictor = at_rest(tmp_path, f"{loop}\n{slow}", rows)
+    unmoved = predictor.model.memory((), ())
+    frozen = predictor.freeze(rows, *unmoved)
+    effects = [c for c in candidates(predictor.model, ()) if examinable(c, predictor)]
+    assert len(effects) > 10
+    for effect in effects:
+        residual, _ = predictor.innovations(frozen, *predictor.model.memory([effect], [1.0]))
+        assert np.isfinite(residual).all(), effect.name
+    quick = at_rest(tmp_path, loop, rows)
+    assert np.array_equal(
+        predictor.innovations(frozen, *unmoved)[0],
+        quick.innovations(frozen, *quick.model.memory((), ()))[0],
+    )
+    unstated = at_rest(tmp_path, loop, rows)
+    assert not {"driver_lag", "pilot_lag"} & {
+        c.name for c in candidates(unstated.model, ()) if examinable(c, unstated)
+    }
 
 
 def test_a_sweep_needs_something_to_show(tmp_path: Path) -> None:

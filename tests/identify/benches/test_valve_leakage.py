@@ -53,6 +53,51 @@ def test_a_new_valve_agrees(tmp_path: Path) -> None:
     assert result["verdict"] == "agrees"
 
 
+@pytest.mark.slow
+def test_a_worn_valve_of_25_ma_is_not_below_what_is_visible(tmp_path: Path) -> None:
+    """Leakage of 0.66 l/min at null is underlap or wear of the lands: the data show both."""
+    config = tmp_path / "large.toml"
+    config.write_text(LEAKAGE.read_text().replace('"10 mA"', '"25 mA"'))
+    files = []
+    for i, top in enumerate((3e-3, 2e-3)):
+        file = leaking(tmp_path / f"{i}.csv", top, 2 + i, 3e-4)
+        rows = np.loadtxt(file, delimiter=",", skiprows=1)
+        rows[:, 1] *= 2.5
+        heads = file.read_text().splitlines()[0].split(",")
+        files.append(recorded(file, dict(zip(heads, rows.T, strict=True))))
+    result, _ = asked("identify", config, files, [], tmp_path)
+    assert names(result) == ["underlap"]
+    assert not {"underlap", "land_leakage"} & set(result["unseen"])
+
+
+@pytest.mark.slow
+def test_a_meter_that_lags_is_named(tmp_path: Path) -> None:
+    """The meter of the supply follows its flow by 1.07 s; the layer holds it as a comment."""
+    config = tmp_path / "worn.toml"
+    config.write_text(LEAKAGE.read_text().replace("[valve]", '[valve]\nunderlap = "50 uA"'))
+    files = []
+    for i, top in enumerate((3e-4, 2e-4, 2.5e-4)):
+        file = leaking(tmp_path / f"{i}.csv", top, 2 + i, 5e-5)
+        rows = np.loadtxt(file, delimiter=",", skiprows=1)
+        flow, late = rows[:, 2].copy(), 1.07 * 3.0
+        for k in range(1, len(flow)):
+            # a low-pass of a flow that is linear between rows
+            step, kept = flow[k] - flow[k - 1], np.exp(-1.0 / late)
+            before = rows[k - 1, 2] - flow[k - 1]
+            rows[k, 2] = flow[k] - late * step + kept * (before + late * step)
+        heads = file.read_text().splitlines()[0].split(",")
+        files.append(recorded(file, dict(zip(heads, rows.T, strict=True))))
+    result, _ = asked("identify", config, files[:2], files[2:], tmp_path)
+    (effect,) = result["effects"]
+    assert effect["name"] == "supply_flow.lag"
+    low, high = effect["interval"]
+    assert low < 1.07 < high
+    assert (
+        "# supply_flow, which only the bench meters: lag"
+        in (tmp_path / "identified.toml").read_text()
+    )
+
+
 def test_a_pilot_stage_that_leaks_more_is_refitted(tmp_path: Path) -> None:
     """The configured leakage is a parameter, which the leakage line shows."""
     files = [leaking(tmp_path / f"{i}.csv", 3e-4, 1 + i, 0.0, 1.3 * PILOT) for i in range(2)]

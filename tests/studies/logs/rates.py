@@ -15,7 +15,7 @@ import numpy as np
 
 from hil_emulator.config.load import load
 from hil_emulator.identify.conclusion.result import Result
-from hil_emulator.identify.data_checks.plausible import dissipative
+from hil_emulator.identify.data_checks.direction import dissipative
 from hil_emulator.identify.measured.data import load_experiments
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.benches.force_balance import StaticObserver

@@ -44,6 +44,8 @@ NO_VOLUME = 1e-12
 AT_REST = {
     **OPEN_PORTS, "cylinder_dead_volume_a": NO_VOLUME, "cylinder_dead_volume_b": NO_VOLUME,
     "entrained_air_fraction": 0.0, "valve_natural_frequency": 1e5,
+    "driver_lag_time_constant": 0.0, "pilot_lag_time_constant": 0.0,
+    "spool_rate_limit_rate": math.inf,
 }  # fmt: skip
 """Of a valve in a slow sweep: at rest, neither volumes nor stiffness nor speed have a say; a spool
 of 100 kHz stays behind a sweep by less than anybody can measure."""

@@ -1,8 +1,7 @@
 """A valve alone, with a flow meter: current, pressures at its ports, and the flow through port a.
 
 The model's spool follows the recorded current, and its metering edges see the recorded pressures;
-the rod is locked, and the chambers are so large that no flow changes their pressure. The meter is
-taken as ideal: what it adds of its own shows as an effect of the valve.
+the rod is locked, and the chambers are so large that no flow changes their pressure.
 """
 
 from collections.abc import Sequence
@@ -12,6 +11,7 @@ import numpy as np
 from hil_emulator.identify.measured.experiment import FLOW, Array, Experiment
 from hil_emulator.identify.prediction.benches.boundary import OPEN_PORTS, with_values
 from hil_emulator.identify.prediction.benches.force_balance import MeasuredStates
+from hil_emulator.identify.prediction.benches.meters import Meter, with_meters
 from hil_emulator.identify.prediction.free_terms.balances import FLOW_A, Balance
 from hil_emulator.identify.prediction.free_terms.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.model_run.run import INPUT_COUNT
@@ -47,7 +47,8 @@ class FlowBench(ExactForms):
     balances: tuple[Balance, ...] = (FLOW_A,)
 
     def __init__(self, model: PlantModel) -> None:
-        self.model = with_values(model, OPEN_PORTS)
+        self.model = with_meters(with_values(model, OPEN_PORTS), (FLOW,))
+        self._meter = Meter(self.model, FLOW)
         self.channels: tuple[str, ...] = (FLOW,)
         states, self._flow = list(model.kernel.state.names or ()), model.signal_names.index(FLOW)
         self._ports = [states.index(name) for name in ("pressure_a", "pressure_b")]
@@ -83,14 +84,19 @@ class FlowBench(ExactForms):
     ) -> tuple[Array, Array]:
         """Return the weighted residual of the flow, shape (samples, 1), and the signals."""
         path = self._path(frozen, par.copy())
-        residual = np.where(frozen.present, frozen.measured[:, 0] - path[:, self._flow], 0.0)
-        return residual[:, None] * frozen.weights, path
+        return self._residual(frozen, path, chan), path
+
+    def _residual(self, frozen: MeasuredStates, path: Array, chan: Array) -> Array:
+        shown = self._meter.reading(path[:, self._flow], chan, frozen.experiment.period)
+        residual = np.where(frozen.present, frozen.measured[:, 0] - shown, 0.0)
+        return np.asarray(residual[:, None] * frozen.weights)
 
     def with_other_sensors(
         self, frozen: MeasuredStates, par: Array, chan: Array, others: Sequence[Array]
     ) -> Array:
         """Return the residuals with other sensors: nothing corrects the states."""
-        return np.stack([self.innovations(frozen, par, other)[0] for other in others])
+        path = self._path(frozen, par.copy())
+        return np.stack([self._residual(frozen, path, other) for other in others])
 
     def _path(self, frozen: MeasuredStates, par: Array) -> Array:
         """Return the model's signals along the recorded current and pressures."""
@@ -161,7 +167,7 @@ def examinable(candidate: Coordinate) -> bool:
     """Whether a flow at given pressures can show an effect."""
     effect = candidate.effect
     if effect is None or candidate.channel:
-        return False
+        return candidate.channel == FLOW
     hidden = (*SAMPLED, inertia, stop)
     return all(
         law.stage not in hidden and law.stage.table != friction.table

@@ -9,10 +9,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from hil_emulator.identify.data_checks.plausible import hydraulic_force
 from hil_emulator.identify.measured.experiment import Array, Experiment, Mask
+from hil_emulator.identify.prediction.benches.boundary import with_values
 from hil_emulator.identify.prediction.benches.kinematics import Motion, motion
+from hil_emulator.identify.prediction.benches.presliding import (
+    RETREAT,
+    Path,
+    directions,
+    distance_of,
+    reversals,
+)
 from hil_emulator.identify.prediction.free_terms.balances import CELL, PISTON, Balance
 from hil_emulator.identify.prediction.free_terms.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.model_run.records import Moments, Places
@@ -35,8 +43,18 @@ PRESLIDING_OF_GUIDES = 5e-5
 """The same for the guides of a driven axis [m]: rolling elements slide after 10 to 50 um
 (Armstrong-Helouvry et al. 1994). Short motions would be lost in more."""
 
-RETREAT = 0.1
-"""Way back from which a rod has reversed, over that travel (assumed: it bends a seal by little)."""
+SLID_AFTER = 4.0
+"""Way after a reversal in which dry friction turns to 96 %, over the presliding distance."""
+
+ALL_BUT = 1.0 - 1e-9
+"""Largest direction whose bend is a number."""
+
+VALVE = frozenset({"valve_current", "spool_position", "supply_flow", "tank_flow"})
+CHAMBERS = frozenset({"pressure_a", "pressure_b"})
+"""Signals of parts that a bench may not have."""
+
+AT_ANY_SPEED = {"friction_transition_velocity": 1e9}
+"""The direction of friction follows from the path alone."""
 
 
 @dataclass
@@ -59,24 +77,55 @@ class StaticObserver(ExactForms):
     Args:
         model: the model.
         driven: whether the force is that of a drive, and not what the rod passes on.
+        chambers: whether there is a chamber with a pressure.
 
     """
 
     measure = "N"
     balances: tuple[Balance, ...] = (PISTON, CELL)
 
-    def __init__(self, model: PlantModel, driven: bool = False) -> None:
+    def __init__(self, model: PlantModel, driven: bool = False, chambers: bool = True) -> None:
         self.model = model
         self.driven = driven
+        self.absent = VALVE if chambers else VALVE | CHAMBERS
         self.channels: tuple[str, ...] = ("load_force",)
         at = model.signal_names.index
+        names = list(model.kernel.state.names or ())
+        self._bends = [i for i, name in enumerate(names) if name.endswith("bend")]
+        parameters = list(model.kernel.parameters.names or ())
+        self._distance = parameters.index("friction_presliding_distance")
         self._places = Places(
             at("hydraulic_force"), at("friction_force"), at("stop_force"), at("load_force"),
             at("resisting_force"), at("rod_mass"),
-            list(model.kernel.parameters.names or ()).index("load_mass"),
+            parameters.index("load_mass"),
             model.names.index("load_force"), driven,
         )  # fmt: skip
         self._motions: dict[int, tuple[Experiment, Motion]] = {}
+        self.later: frozenset[str] = frozenset()
+
+    def presliding(self, experiments: Sequence[Experiment]) -> float:
+        """Follow the bend of what slides late along the path; return its distance [m], or 0.
+
+        A stated distance is taken as it is.
+
+        Args:
+            experiments: all of them.
+
+        """
+        field = "friction_presliding_distance"
+        distance = self.model.plant_values[field]
+        if field not in self.model.config.stated:
+            distance = distance_of([self._path(e) for e in experiments])
+        if distance <= (PRESLIDING_OF_GUIDES if self.driven else PRESLIDING) / SLID_AFTER:
+            return 0.0
+        self.model = with_values(self.model, {field: distance, **AT_ANY_SPEED})
+        self.later = frozenset({field})
+        return distance
+
+    def _path(self, e: Experiment) -> Path:
+        """Return the motion of the rod, and what the chambers leave of the load force."""
+        left = e.readings["load_force"] - hydraulic_force(e, self.model.plant_values)
+        return Path(self._motion(e).states, left)
 
     @property
     def correlation_time(self) -> float:
@@ -104,9 +153,14 @@ class StaticObserver(ExactForms):
         present = np.isfinite(states).all(axis=1) & np.isfinite(measured[:, 0])
         seen = np.isfinite(experiment.readings["position"])
         present &= seen
-        # between the readings around a gap nothing tells where the rod turned
-        bend = PRESLIDING_OF_GUIDES if self.driven else PRESLIDING
-        present[seen] &= _sliding(position[seen], velocity[seen], bend)
+        if self.later:
+            # the bend at the start is unknown until the first reversal
+            edges = reversals(position, velocity, RETREAT * par[self._distance])
+            present[: edges[1] if len(edges) > 2 else 0] = False
+        else:
+            # between the readings around a gap nothing tells where the rod turned
+            bend = PRESLIDING_OF_GUIDES if self.driven else PRESLIDING
+            present[seen] &= _sliding(position[seen], velocity[seen], bend)
         states[~present] = 0.0
         return MeasuredStates(
             experiment, self.channels, measured, states, acceleration, present, np.ones(1)
@@ -128,12 +182,22 @@ class StaticObserver(ExactForms):
         """
         model = self.model
         path = np.zeros((len(frozen.states) if track else 0, len(model.signal_names)))
+        states = self._bent(frozen, float(par[self._distance])) if self.later else frozen.states
         force = model.loops.forces(
-            model.at(par, chan), Moments(frozen.states, frozen.acceleration, frozen.present),
+            model.at(par, chan), Moments(states, frozen.acceleration, frozen.present),
             self._places, frozen.experiment.period, path,
         )  # fmt: skip
         residual = np.where(frozen.present, frozen.measured[:, 0] - force, 0.0)
         return residual[:, None] * frozen.weights, path
+
+    def _bent(self, frozen: MeasuredStates, distance: float) -> Array:
+        """Return the states with what bends by a presliding distance [m]."""
+        position, velocity, _ = self._motion(frozen.experiment).states.T
+        states = frozen.states.copy()
+        # the model's direction is the tangent of a bend
+        bends = np.arctanh(ALL_BUT * directions(position, velocity, distance))
+        states[:, self._bends] = bends[:, None]
+        return states
 
     def with_other_sensors(
         self, frozen: MeasuredStates, par: Array, chan: Array, others: Sequence[Array]
@@ -161,7 +225,8 @@ class StaticObserver(ExactForms):
 
     def regressors(self, frozen: MeasuredStates, path: Array) -> Regressors:
         """Return what a term may depend on."""
-        return regressors(path, self.model.signal_names, frozen.experiment.period)
+        e = frozen.experiment
+        return regressors(path, self.model.signal_names, e.period, absent=self.absent)
 
     def through(self, frozen: MeasuredStates, balance: Balance, terms: Array) -> Array:
         """Return the change of the residual that terms make."""
@@ -174,7 +239,7 @@ def _sliding(position: Array, velocity: Array, bend: float) -> Mask:
 
     A balance without memory holds only there: seals bend before they slide, by `bend` [m].
     """
-    edges = _reversals(position, velocity, RETREAT * bend)
+    edges = reversals(position, velocity, RETREAT * bend)
     run = np.clip(np.searchsorted(edges, np.arange(len(position)), "right") - 1, 0, len(edges) - 2)
     begin, end = position[edges[run]], position[edges[run + 1]]
     along = velocity * (end - begin) > 0.0
@@ -182,24 +247,7 @@ def _sliding(position: Array, velocity: Array, bend: float) -> Mask:
     return np.asarray(along & begun & (np.abs(position - end) > 0.5 * bend))
 
 
-def _reversals(position: Array, velocity: Array, retreat: float) -> NDArray[np.int64]:
-    """Return where the rod turned, and the first and the last sample.
-
-    It turned where it then went back by more than what bends a seal a little: a noisy reading turns
-    with every sample.
-    """
-    kept, onwards = [0], 0.0
-    for i in (*(np.flatnonzero(np.diff(np.sign(velocity))) + 1), len(position) - 1):
-        moved = position[i] - position[kept[-1]]
-        if moved * onwards > 0.0:
-            kept[-1] = int(i)
-        elif abs(moved) > retreat:
-            kept.append(int(i))
-            onwards = moved
-    return np.array([*kept[:-1], len(position) - 1] if len(kept) > 1 else [0, len(position) - 1])
-
-
-def examinable(candidate: Coordinate, driven: bool = False) -> bool:
+def examinable(candidate: Coordinate, predictor: StaticObserver) -> bool:
     """Whether the force balance alone can show an effect; bristles need their past.
 
     The force of a drive shows what acts on the load, too; but all friction is one friction there,
@@ -208,9 +256,11 @@ def examinable(candidate: Coordinate, driven: bool = False) -> bool:
     effect = candidate.effect
     if effect is None or candidate.channel not in ("", "load_force"):
         return False
+    if any(predictor.absent & set(law.arguments) for law in effect.laws):
+        return False
     inside = all(
         law.stage in (stop, *SAMPLED) or law.stage.table == friction.table
-        or (law.stage == load and "velocity" not in law.arguments if driven
+        or (law.stage == load and "velocity" not in law.arguments if predictor.driven
             else law.stage == inertia)
         for law in effect.laws
     )  # fmt: skip

@@ -5,6 +5,7 @@ otherwise both ports are blocked, and their pressures are predicted. A line that
 takes what the pilot stage would else give to the return line.
 """
 
+import copy
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from hil_emulator.identify.measured.experiment import FLOWS, Array, Experiment, Index
 from hil_emulator.identify.prediction.benches.force_balance import MeasuredStates
+from hil_emulator.identify.prediction.benches.meters import Meter, with_meters
 from hil_emulator.identify.prediction.free_terms.balances import (
     FLOW_A,
     FLOW_B,
@@ -25,6 +27,7 @@ from hil_emulator.identify.prediction.free_terms.regressors import Regressors, r
 from hil_emulator.identify.prediction.model_run.records import Sweep, Unknowns
 from hil_emulator.identify.prediction.observer.predictor import ExactForms
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.nominal import of_leakage
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.prediction.plant.probes import PROBES
 from hil_emulator.identify.prediction.residuals.correlation import Noise
@@ -96,7 +99,10 @@ class SweepBench(ExactForms):
         self, model: PlantModel, channels: tuple[str, ...], given: tuple[str, ...],
         correlation_time: float,
     ) -> None:  # fmt: skip
-        self.model, self.channels, self.given = model, channels, given
+        metered = [n for n in channels if n in FLOWS]
+        self.model, self.channels, self.given = with_meters(model, metered), channels, given
+        self._fields = len(model.kernel.channel.names or ())
+        self._metering = {n: Meter(self.model, n) for n in metered}
         self.correlation_time = correlation_time
         self._states = list(model.kernel.state.names or ())
         units = units_of_states(model.kernel)
@@ -147,17 +153,30 @@ class SweepBench(ExactForms):
     ) -> tuple[Array, Array]:
         """Return the weighted residuals, shape (samples, channels), and the signals."""
         predicted, path = self._predicted(frozen.data, par, chan)
-        residual = np.nan_to_num(frozen.measured - predicted)
-        return residual * frozen.weights, path
+        return self._residual(frozen, predicted), path
+
+    def _residual(self, frozen: SweepStates, predicted: Array) -> Array:
+        return np.asarray(np.nan_to_num(frozen.measured - predicted) * frozen.weights)
 
     def with_other_sensors(
         self, frozen: SweepStates, par: Array, chan: Array, others: Sequence[Array]
     ) -> Array:
         """Return the residuals with other sensors: nothing corrects the states."""
-        return np.stack([self.innovations(frozen, par, other)[0] for other in others])
+        inside, data = slice(len(self.model.sources) * self._fields), frozen.data
+        run, rows = self._run(data, par, chan), []
+        for other in others:
+            apart = not np.array_equal(other[inside], chan[inside], equal_nan=True)
+            shown, path = self._run(data, par, other) if apart else run
+            rows.append(self._residual(frozen, self._read(data, shown, path, other)))
+        return np.stack(rows)
 
     def _predicted(self, data: Sweep, par: Array, chan: Array) -> tuple[Array, Array]:
         """Return what each channel should show, shape (samples, channels), and the signals."""
+        shown, path = self._run(data, par, chan)
+        return self._read(data, shown, path, chan), path
+
+    def _run(self, data: Sweep, par: Array, chan: Array) -> tuple[Array, Array]:
+        """Return what the model's channels show, and its signals."""
         model = self.model
         still = {"position", "velocity", *self.given}
         places: Index = np.array(
@@ -166,13 +185,18 @@ class SweepBench(ExactForms):
         solved = Unknowns(places, self._scales[places], self._least[places])
         half = 0.5 * float(data.supply[0])
         start = model.start(par, 1e-5, (half, half))
-        shown, path = model.loops.sweep(model.at(par, chan), data, start, solved, model.probes)
-        columns = [self._metered(n, path) if n in FLOWS else shown[:, model.names.index(n)]
-                   for n in self.channels]  # fmt: skip
-        return np.column_stack(columns), path
+        return model.loops.sweep(model.at(par, chan), data, start, solved, model.probes)
+
+    def _read(self, data: Sweep, shown: Array, path: Array, chan: Array) -> Array:
+        """Return what each channel should show, by the model's readings and signals."""
+        columns = [
+            self._metering[n].reading(self._metered(n, path), chan, data.period) if n in FLOWS
+            else shown[:, self.model.names.index(n)] for n in self.channels
+        ]  # fmt: skip
+        return np.column_stack(columns)
 
     def _metered(self, name: str, path: Array) -> Array:
-        """Return what a flow meter shows."""
+        """Return the flow that a meter measures."""
         flow = path[:, self._meters[name]].sum(axis=1)
         if name == "return_flow" and "leakage_line_flow" in self.channels:
             return np.asarray(flow - path[:, self._drained])
@@ -258,6 +282,8 @@ def sweep_bench(
             "no channel that a sweep could show: add a flow "
             f"({', '.join(FLOWS)}), or the pressures of blocked ports"
         )
+    model = copy.copy(model)
+    model.nominal = of_leakage(model.nominal, experiments, model.plant_values)
     shortest = min(e.samples * e.period for e in experiments)
     return SweepBench(model, tuple(channels), given, CORRELATED_SHARE * shortest), ""
 
@@ -290,12 +316,12 @@ def _whole(values: Array) -> Array:
 
 
 def examinable(candidate: Coordinate, predictor: SweepBench) -> bool:
-    """Whether a valve at rest can show an effect: nothing that takes time."""
+    """Whether a slow sweep can show an effect: nothing of the valve that takes time."""
     effect = candidate.effect
-    if effect is None:
+    if effect is None or candidate.channel:
+        return candidate.channel in predictor.channels
+    if effect.knob.unit == "s":
         return False
-    if candidate.channel:
-        return not effect.states and candidate.channel in predictor.channels
     return all(
         law.stage not in TAKES_TIME and law.stage.table not in UNSEEN
         and SUPPLY.name not in law.stage.balances

@@ -54,7 +54,7 @@ def along_the_stroke(balance: Balance, regressor: str) -> bool:
 def shapes_along(
     balances: Collection[Balance], values: Sequence[Regressors]
 ) -> Iterator[FreeShape]:
-    """Yield the shapes over everything that does not stand still.
+    """Yield the shapes over everything that the bench has and that does not stand still.
 
     Args:
         balances: those that the channels can show.
@@ -62,7 +62,7 @@ def shapes_along(
 
     """
     for balance, regressor in TERMS:
-        if balance not in balances:
+        if balance not in balances or any(regressor not in v for v in values):
             continue
         fine = along_the_stroke(balance, regressor)
         along = np.concatenate([v[regressor] for v in values])

@@ -1,6 +1,7 @@
 """What a discrepancy term may depend on: regressors along a predicted trajectory."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -146,19 +147,24 @@ REGRESSORS = {r.name: r for r in (
 
 
 def regressors(
-    track: Array, names: Sequence[str], period: float, readings: Mapping[str, Array] | None = None
+    track: Array, names: Sequence[str], period: float, readings: Mapping[str, Array] | None = None,
+    absent: Collection[str] = (),
 ) -> Regressors:  # fmt: skip
-    """Return the regressors along a predicted trajectory.
+    """Return the regressors along a predicted trajectory that depend on no absent signal.
 
     Args:
         track: signals, shape (samples, signals).
         names: of the signals.
         period: between samples [s].
         readings: of the sensors, by channel, each of shape (samples,), NaN where missing.
+        absent: signals that the bench does not have.
 
     """
-    signals = {name: track[:, i] for i, name in enumerate(names)}
+    signals = {name: track[:, i] for i, name in enumerate(names) if name not in absent}
     trajectory = Trajectory(signals, period, readings or {})
-    # none of them a view, which would keep the whole track
-    return {name: np.ascontiguousarray(regressor.along(trajectory))
-            for name, regressor in REGRESSORS.items()}  # fmt: skip
+    values = {}
+    for name, regressor in REGRESSORS.items():
+        with suppress(KeyError):
+            # a view would keep the whole track
+            values[name] = np.ascontiguousarray(regressor.along(trajectory))
+    return values

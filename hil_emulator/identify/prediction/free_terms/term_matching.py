@@ -7,6 +7,7 @@ from typing import Protocol
 from hil_emulator.identify.prediction.free_terms.balances import Balance
 from hil_emulator.identify.prediction.free_terms.regressors import REGRESSORS
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.model.stages import load
 
 
 class Term(Protocol):
@@ -53,6 +54,21 @@ def calibrates(term: Term, coordinate: Coordinate) -> bool:
 def is_curve(term: Term) -> bool:
     """Tell whether a term is what a sensor is off by, over its own reading."""
     return bool(term.balance.channel) and "reading" in REGRESSORS[term.regressor].arguments
+
+
+def is_constant(coordinate: Coordinate) -> bool:
+    """Return whether an effect adds the same to a reading, or to the load's force, at any time."""
+    effect = coordinate.effect
+    if effect is None or not (coordinate.channel or effect.stage == load):
+        return False
+    takes = set(inspect.signature(effect.law).parameters)
+    given = {effect.knob.name: effect.knob.typical}
+    if takes - {"reading"} != given.keys() or effect.states:
+        return False
+    if "reading" not in takes:
+        return True
+    half, full = (effect.law(reading=x, **given) - x for x in (0.5, 1.0))
+    return math.isclose(half, full, rel_tol=1e-6)
 
 
 def is_part(term: Term, coordinate: Coordinate) -> bool:

@@ -68,6 +68,8 @@ class Observer:
     """
 
     measure = "standard deviations of the noise"
+    absent: frozenset[str] = frozenset()
+    later: frozenset[str] = frozenset()
 
     def __init__(
         self, model: PlantModel, channels: tuple[str, ...], step: float = LARGEST_STEP

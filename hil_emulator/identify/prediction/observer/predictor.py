@@ -21,6 +21,10 @@ class Predictor(Protocol):
     channels: tuple[str, ...]
     measure: str
     """What residuals are counted in."""
+    absent: frozenset[str]
+    """Signals that the bench does not have."""
+    later: frozenset[str]
+    """Parameters that act only with an effect that the search may name."""
 
     @property
     def correlation_time(self) -> float:
@@ -89,6 +93,9 @@ class Predictor(Protocol):
 
 class ExactForms:
     """What predicts without those base laws whose forms differ."""
+
+    absent: frozenset[str] = frozenset()
+    later: frozenset[str] = frozenset()
 
     def relax(self, frozen: Any, par: Array, chan: Array) -> None:
         """Do nothing."""

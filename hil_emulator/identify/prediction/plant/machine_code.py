@@ -72,6 +72,7 @@ _MAKERS: tuple[Callable[..., object], ...] = (
     smoothing.forwards,
     smoothing.backwards,
     quasi_static.implicit_step,
+    quasi_static.pass_row,
 )
 """Parts of a loop that make arrays."""
 
@@ -192,7 +193,7 @@ def _compiled(cache: Path | None) -> dict[str, Any]:
     module.__dict__.update(
         np=np, INPUT_COUNT=run.INPUT_COUNT, SLIDING_BEND=SLIDING_BEND, SLID=sample_jacobian.SLID,
         CREEPING=sample_jacobian.CREEPING, NEARLY_EMPTY=sample_jacobian.NEARLY_EMPTY,
-        FAINTEST=propagation.FAINTEST,
+        FAINTEST=propagation.FAINTEST, FINEST=quasi_static.FINEST,
         compiled=inlined(nogil=True),
         allocating=allocating(nogil=True),
         entry_point=entry_point(file, rolled=True, nogil=True, _nrt=True),

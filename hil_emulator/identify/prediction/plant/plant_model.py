@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from hil_emulator.config.load import Configuration
-from hil_emulator.identify.measured.experiment import SPANS, Array, Index
+from hil_emulator.identify.measured.experiment import FLOWS, SPANS, UNITS, Array, Index
 from hil_emulator.identify.prediction.model_run.records import ParametrisedModel, Tick
 from hil_emulator.identify.prediction.plant.active_states import ActiveStates
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate, scaled
 from hil_emulator.identify.prediction.plant.machine_code import bind
+from hil_emulator.identify.prediction.plant.nominal import nominal
 from hil_emulator.identify.prediction.plant.probes import DRIFT, PROBES
 from hil_emulator.identify.prediction.plant.sensor_memory import SensorMemory, followed, recorded
 from hil_emulator.model import kernel, quantities
@@ -28,6 +29,10 @@ from hil_emulator.model.stages import SAMPLED
 
 USUAL_SPREAD = factor(1.5)
 """Spread of a shape parameter of a user's effect that states no spread (assumed)."""
+
+SLOWER = 100.0
+"""Time that a flow meter takes over that of another transducer (assumed: turbines and gears follow
+within 10 ms to some seconds, pressure sensors within 0.1 to 2 ms)."""
 
 DIVISION = {"PIECES": 4, "VELOCITY_DOUBT": 3e-5}
 """How a step is divided in which something hits. A prediction reaches one sample ahead and readings
@@ -76,11 +81,12 @@ class PlantModel:
         self.loops = bind(self.kernel, cache)
         # ends that nobody has stated tell nothing of a log, whose position may count from anywhere
         gone = {e.field_of(p) for e in config.effects if e not in self.effects for p in e.params}
-        said = {n: v for n, v in config.plant.items() if n not in config.unsaid | gone}
-        self.plant_values = self._with_shapes(said)
+        stated = {n: v for n, v in config.plant.items() if n not in config.unsaid | gone}
+        self.nominal = nominal(stated, self.rated)
+        self.plant_values = self._with_shapes(stated)
         self.par = fill(self.kernel.parameters, self.kernel.effects, self.plant_values)
         self.names = tuple(c.name for c in CHANNELS)
-        rows = [self._channel(name, config.sensors.get(name, {})) for name in self.names]
+        rows = [self.transducer(name, config.sensors.get(name, {})) for name in self.names]
         self.chan = np.concatenate(rows)
         count = len(CHANNELS)
         self.remembered = np.array(
@@ -114,7 +120,7 @@ class PlantModel:
                   for p in (self.sized(shape, e.stage.table) for shape in e.shape)}  # fmt: skip
         return shapes | values
 
-    def _channel(self, name: str, values: dict[str, float]) -> Array:
+    def transducer(self, name: str, values: dict[str, float]) -> Array:
         """Return a channel's deterministic part: a predictor knows neither noise nor steps."""
         chosen: dict[str, float] = {}
         for effect in self.effects:
@@ -185,29 +191,35 @@ class PlantModel:
 
     def knob(self, effect: Effect, channel: str, prior: float) -> Coordinate:
         """Return the knob of an effect as a coordinate."""
-        knob = self.sized(effect.knob, effect.stage.table)
-        span = SPANS[channel] if channel and knob.unit == "span" else 1.0
+        table = effect.stage.table
+        knob = self.nominal.sized(self.sized(effect.knob, table), effect.stage)
+        knob = of_a_meter(knob) if channel in FLOWS else knob
+        span = self._span(channel) if channel and knob.unit == "span" else 1.0
         field = effect.field_of(knob)
-        table = self.chan if channel else self.par
+        memory = self.chan if channel else self.par
         at = (self.names.index(channel) * len(self._chan_at) + self._chan_at[field]
               if channel else self._par_at[field])  # fmt: skip
         inverse = math.isinf(effect.off)
-        unit = next(c.unit for c in CHANNELS if c.name == channel) if span != 1.0 else knob.unit
+        unit = UNITS[channel] if span != 1.0 else knob.unit
         return Coordinate(
             name=f"{channel}.{effect.name}" if channel else effect.name,
             field=field, channel=channel, unit=unit,
             shown="" if span != 1.0 else knob.shown,
             scale=1.0 / (knob.typical * span) if inverse else abs(knob.typical - effect.off) * span,
-            neutral=float(table[at]), scaling="inverse" if inverse else "linear",
+            neutral=float(memory[at]), scaling="inverse" if inverse else "linear",
             low=knob.low * span, high=knob.high * span, prior=prior, effect=effect,
         )  # fmt: skip
+
+    def _span(self, channel: str) -> float:
+        """Return the usual range of a channel of this machine."""
+        return SPANS[channel] * self.nominal.span(channel)
 
     def shapes(self, knob: Coordinate) -> list[Coordinate]:
         """Return what else the law of an effect holds, to be fitted around what is usual."""
         effect = knob.effect
         if effect is None:
             return []
-        span = SPANS[knob.channel] if knob.channel else 1.0
+        span = self._span(knob.channel) if knob.channel else 1.0
         table = self.chan if knob.channel else self.par
         found = []
         for p in (self.sized(shape, effect.stage.table) for shape in effect.shape):
@@ -226,6 +238,12 @@ class PlantModel:
         return found
 
 
+def of_a_meter(knob: Param) -> Param:
+    """Return the declaration of a transducer's knob for a flow meter, which is slower."""
+    times = {"s": SLOWER, "Hz": 1.0 / SLOWER}.get(knob.unit, 1.0)
+    return replace(knob, typical=min(max(times * knob.typical, knob.low), knob.high))
+
+
 def predictable(effect: Effect) -> bool:
     """Whether a transducer effect changes what is expected, rather than scatter or round it."""
     arguments = inspect.signature(effect.law).parameters
@@ -234,5 +252,8 @@ def predictable(effect: Effect) -> bool:
 
 def concerns(effect: Effect, channel: str) -> bool:
     """Whether a transducer effect can act in a channel: few channels look at another one."""
-    wired = next(c for c in CHANNELS if c.name == channel).differenced
-    return bool(wired) or "differenced" not in inspect.signature(effect.law).parameters
+    wired = {c.name: c for c in CHANNELS}.get(channel)
+    takes = inspect.signature(effect.law).parameters
+    if wired is None:
+        return not {"differenced", "neighbour"} & set(takes)
+    return bool(wired.differenced) or "differenced" not in takes
