@@ -61,6 +61,16 @@ def test_code_for_what_acts_computes_what_all_code_does(small: kernel.Kernel) ->
     assert len(np.unique(run[:, 0])) > 300
 
 
+def test_every_integration_has_its_own_module(small: kernel.Kernel) -> None:
+    """Numba names machine code by module and a counter of the process.
+
+    With one module for all, integrations that two processes have compiled may have one name, and a
+    third process would run the first that it loads in place of the other.
+    """
+    ticks: list[Any] = [small.tick, acting(small, ON), acting(small, ON[:3])]
+    assert len({tick.py_func.__module__ for tick in ticks}) == len(ticks)
+
+
 def test_all_effects_may_act(small: kernel.Kernel) -> None:
     """Then nothing is off, and the run is the same."""
     np.testing.assert_array_equal(
