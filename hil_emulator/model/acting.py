@@ -100,13 +100,12 @@ def build_acting(
     """
     source = acting_source(whole, acting)
     file = keep(source, cache / sources_digest(whole.effects)) if cache else None
-    # numba finds the function through a module of this name
-    module = ModuleType(file.stem if file else "hil_emulator_acting")
-    sys.modules[module.__name__] = module
-    # machine code that other processes kept is linked by name: with the whole model's, the code for
-    # one set of effects would be run as that for another
-    module.__dict__.update({n: part for n, part in whole.parts.items() if not n.startswith("__")})
-    module.__dict__["entry_point"] = entry_point(file)
+    # Numba finds the function through a module of this name. It names machine code by module and a
+    # counter of the process: with one module for all, codes of two processes could have one name,
+    # and a process that loads both would run the first in place of the second.
+    name = file.stem if file else "hil_emulator_acting"
+    module = sys.modules[name] = ModuleType(name)
+    module.__dict__.update(whole.parts, __name__=name, entry_point=entry_point(file))
     exec(compile(source, str(file or "<acting>"), "exec"), module.__dict__)
     tick: Callable[..., bool] = module.tick
     return tick
