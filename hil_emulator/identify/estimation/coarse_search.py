@@ -16,7 +16,7 @@ from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 WIDE = math.log(2.0)
 """Logarithm of the factor that one standard deviation is, from which a number is tried."""
 
-LEVELS = (-2.0, -1.0, 1.0, 2.0)
+LEVELS = (-2.0, -1.0, 1.0, 2.0, 3.0)
 """Standard deviations at which it is tried."""
 
 
