@@ -42,11 +42,11 @@ def test_a_usual_effect_is_a_parameter_where_the_data_show_it() -> None:
 def test_a_fit_beside_a_missing_effect_ends_no_worse_than_it_began() -> None:
     """With a large overlap missing, parameters do not run away from where they are likely."""
     free = parameters.ordinary(knee_model())
-    own = fitter(overlap_lap=2e-4)
-    own.freeze(free, np.zeros(len(free)))
-    begun = own.deviance(free, np.zeros(len(free)))
-    fit = converge(own, free, np.zeros(len(free)))
+    with_overlap = fitter(overlap_lap=2e-4)
+    with_overlap.freeze(free, np.zeros(len(free)))
+    begun = with_overlap.deviance(free, np.zeros(len(free)))
+    fit = converge(with_overlap, free, np.zeros(len(free)))
     assert fit.deviance <= begun
     assert fit.frozen is not None
-    own.freeze(free, fit.frozen)
-    assert own.deviance(free, fit.frozen) == pytest.approx(fit.deviance)
+    with_overlap.freeze(free, fit.frozen)
+    assert with_overlap.deviance(free, fit.frozen) == pytest.approx(fit.deviance)
