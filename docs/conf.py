@@ -1,4 +1,4 @@
-"""Sphinx: the pages of this folder, what the declarations say, and the API."""
+"""Settings of Sphinx: the pages of this folder, pages from the declarations, and the API."""
 
 import sys
 from pathlib import Path

@@ -18,9 +18,9 @@ PAGE = "reference/effects"
 def effects(folder: Path) -> None:
     """Draw every effect that a step on the reference machine shows at its typical size."""
     for effect in CATALOGUE:
-        found = response(effect)
-        if found.visible:
-            drawn(found).savefig(folder / f"effect_{effect.name}.png", dpi=80.0)
+        step = response(effect)
+        if step.visible:
+            drawn(step).savefig(folder / f"effect_{effect.name}.png", dpi=80.0)
 
 
 MADE: tuple[Callable[[Path], None], ...] = (effects,)

@@ -30,7 +30,7 @@ SEEN = ("position", "load_force", "pressure_a", "pressure_b", "supply_pressure",
 SHOWN = {"Pa": (1e-5, "bar"), "m": (1e3, "mm"), "A": (1e3, "mA"), "m/s": (1.0, "m/s"),
          "N": (1.0, "N")}  # fmt: skip
 
-BESIDE: Mapping[str, Mapping[str, float]] = {
+FURTHER: Mapping[str, Mapping[str, float]] = {
     "oil_heating": {"viscosity_temperature_slope": 3.68},
     "viscosity_temperature": {"oil_temperature": 333.15},
     "modulus_temperature": {"oil_temperature": 333.15},
@@ -39,7 +39,7 @@ BESIDE: Mapping[str, Mapping[str, float]] = {
     "pump_friction": {"fixed_pump_flow": 10e-3 / 60},
     "wall": {"initial_position": 0.04},
 }
-"""What an effect acts on, where the reference machine has it not."""
+"""Further parameters of effects that do not act on the reference machine alone."""
 
 VISIBLE = 1e-4
 """Deviation over a signal's range from which a picture shows it (assumed)."""
@@ -77,11 +77,11 @@ def response(effect: Effect) -> Response:
 
 
 def _run(effect: Effect, strength: Mapping[str, float]) -> np.ndarray:
-    """Return what is seen of a run, shape (ticks, signals): by sensors where it is theirs."""
+    """Return the sensors' readings during a run, shape (ticks, signals)."""
     of_sensor = effect.stage.table == "sensors"
     kernel = compiled(CATALOGUE, cache_folder())
-    own = {} if of_sensor else strength
-    plant = Plant(kernel, {**KNEE.plant, **BESIDE.get(effect.name, {}), **own}, KNEE.step)
+    strengths = {} if of_sensor else strength
+    plant = Plant(kernel, {**KNEE.plant, **FURTHER.get(effect.name, {}), **strengths}, KNEE.step)
     spans = {c.name: c.span for c in CHANNELS}
     scaled = {p.name for p in effect.params if p.unit.startswith("span")}
     settings = {
@@ -103,16 +103,16 @@ def _run(effect: Effect, strength: Mapping[str, float]) -> np.ndarray:
     return np.array(rows)
 
 
-def drawn(found: Response) -> Figure:
+def drawn(step: Response) -> Figure:
     """Draw it."""
-    unit = next(c.unit for c in CHANNELS if c.name == found.signal)
+    unit = next(c.unit for c in CHANNELS if c.name == step.signal)
     factor, shown = SHOWN[unit]
     figure = Figure(figsize=(6.4, 2.2), layout="constrained")
     axes = figure.subplots()
-    axes.plot(found.time, factor * found.without, "--", color=VERMILION, lw=1.2, label="off")
-    axes.plot(found.time, factor * found.within, color=BLUE, lw=1.2, label="typical")
+    axes.plot(step.time, factor * step.without, "--", color=VERMILION, lw=1.2, label="off")
+    axes.plot(step.time, factor * step.within, color=BLUE, lw=1.2, label="typical")
     axes.set_xlabel("time [s]")
-    axes.set_ylabel(f"{found.signal.replace('_', ' ')} [{shown}]")
+    axes.set_ylabel(f"{step.signal.replace('_', ' ')} [{shown}]")
     axes.spines[["top", "right"]].set_visible(False)
     axes.legend(frameon=False, fontsize=8)
     return figure

@@ -165,7 +165,7 @@ class ActuatorModel:
     def __repr__(self) -> str:
         files = ", ".join(file.name for file in self.config.files)
         on = ", ".join(f"{name} {value}" for name, value in self.effects.items())
-        return f"{self.name} ({files}; digest {self.config.digest})\neffects: {on or 'none'}"
+        return f"{self.name} ({files}; digest {self.config.digest})\neffects: {on or '-'}"
 
     def _repr_html_(self) -> str:
         rows = "".join(
@@ -257,7 +257,9 @@ def _ticks(courses: dict[str, Course], duration: Quantity | None, tick: float) -
         return round(seconds / tick)
     lengths = {np.size(c) for c in courses.values() if not callable(c) and np.ndim(c) == 1}
     if len(lengths) != 1:
-        raise UserError('say how long: duration="1 s", or give an array with a value per tick')
+        raise UserError(
+            'duration is missing: give duration="1 s", or an array with a value per tick'
+        )
     return lengths.pop()
 
 

@@ -1,4 +1,4 @@
-"""The knee as an environment of Gymnasium, for controllers that learn."""
+"""The knee as an environment of Gymnasium, for reinforcement learning."""
 
 from typing import Any
 

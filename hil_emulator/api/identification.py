@@ -94,11 +94,11 @@ class Identification:
         """Return the report as one HTML page."""
         name = self.actuator.name
         measured = self.verdict in MEASURED
-        title = f"{name} beside its measurements" if measured else f"What {name} lacks"
+        title = f"{name} compared with measurements" if measured else f"What {name} lacks"
         return report(self.result, title, f"hil-emulator {__version__}, {today()}")
 
     def save(self, folder: str | Path, *, overwrite: bool = False) -> None:
-        """Write result.json, identified.toml and report.html into a folder, all or none.
+        """Write result.json, identified.toml and report.html into a folder, all or no file.
 
         Args:
             folder: created if it is missing.

@@ -43,12 +43,12 @@ class LinearModel:
 
     Attributes:
         exact: the Jacobians of the compiled model there.
-        coefficients: S1's, by name, SI, with what leaks past the lands.
-        zero_lap: the same of sharp lands without leakage, which S1 has; at rest those of extension.
+        coefficients: S1's, by name, SI, with leakage past the lands.
+        zero_lap: S1's coefficients for sharp lands without leakage; at rest those of extension.
         responses: each form's transfer functions from valve current to both forces.
-        left_out: what no linear model has and the machine does, one sentence each.
-        assumed: fields of the defaults that a number rests on, by its name in `numbers`: one
-            spread of such a default moves the number by more than 10 %.
+        left_out: effects of the machine that a linear model lacks, one sentence each.
+        assumed: fields of the defaults that a number depends on, by its name in `numbers`: one
+            spread of such a default changes the number by more than 10 %.
 
     """
 

@@ -44,7 +44,7 @@ class LockstepRig(Emulator):
             master.send([Frame(NMT_COB_ID, bytes([Command.START, BROADCAST]))])
 
     def step(self, current: Quantity | None = None) -> Signals:
-        """Let one tick pass and return the signals after it.
+        """Execute one tick and return the signals after it.
 
         Args:
             current: the set point of the valve current, SI or with its unit; None keeps the one

@@ -34,10 +34,10 @@ class Meaning:
         sheets: EDS and DCF files with the meaning of captured frames.
         node_ids: node-IDs of those that are EDS files, in their order.
         names: channel by its name in the data, if that differs.
-        units: unit by the name in the data, if the data state none.
+        units: unit by the name in the data, if the data lack units.
         headings: names and units of the columns of files without a header.
-        set_point_first: whether the current of a table's row acted before its readings; None where
-            the file states it, or nothing does.
+        set_point_first: whether the current of a table's row acted before its readings; None if
+            the file states it, or if it is unknown.
         rated_current: current of a set point of 100 % or full scale [A].
         full_scale: set point at the rated current [V].
         bus: channel of captures whose frames count; None for all.
@@ -57,7 +57,7 @@ class Meaning:
 
 
 def experiments(files: Sequence[Path], config: Configuration, meaning: Meaning) -> list[Experiment]:
-    """Read experiments; what a file is, its content says.
+    """Read experiments; the content of a file determines its kind.
 
     Args:
         files: tables, journals and captures, which may be compressed (.gz).
@@ -84,19 +84,19 @@ def _measured(
     file: Path, inner: Path, digest: str, described: Callable[[], tuple[list[Carrier], int]],
     meaning: Meaning,
 ) -> MeasuredFile:  # fmt: skip
-    """Return what a capture or a table holds.
+    """Return the content of a capture or a table.
 
     Args:
         file: its name.
         inner: the same unpacked.
         digest: of the file.
         described: returns what captured frames mean, and the identifier of SYNC.
-        meaning: what the user says of the data.
+        meaning: statements of the user about the data.
 
     """
     stated = Stated(rated_current=meaning.rated_current, full_scale=meaning.full_scale)
     if is_capture(inner):
-        # slow to import, and tables need none of it
+        # slow to import, and not needed for tables
         from hil_emulator.captures import capture
 
         table = capture.read(inner, *described(), meaning.bus)
@@ -113,7 +113,7 @@ def _measured(
 
 
 def is_capture(file: Path) -> bool:
-    """Return whether a file is a log of frames: by its content, or by an ending of no table."""
+    """Return whether a file is a log of frames: by its content, or by its ending."""
     if content(file):
         return True
     ending = file.suffix.lower()
@@ -163,7 +163,7 @@ def _carriers(config: Configuration, meaning: Meaning) -> tuple[list[Carrier], i
     sync_id = by_dictionary.sync_id(made[0].dictionary) if made else by_dictionary.SYNC
     if not carriers and not made:
         raise UserError(
-            f"{config.files[-1]}: no [[node]] says what captured frames mean; name a --dbc or --eds"
+            f"{config.files[-1]}: no [[node]] describes captured frames; name a --dbc or --eds"
         )
     if not carriers:
         carriers = [c for n in made for c in by_dictionary.carriers(n.dictionary, n.pdos)]

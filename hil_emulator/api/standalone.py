@@ -13,7 +13,7 @@ from hil_emulator.simulation.not_finite import NotFiniteError
 
 
 class StandAlone:
-    """A plant with its sensors, moved tick by tick.
+    """A plant with its sensors, simulated tick by tick.
 
     Args:
         config: of a whole actuator.
@@ -35,7 +35,7 @@ class StandAlone:
         self.now_ns = 0
 
     def step(self, **inputs: float) -> None:
-        """Let a tick pass with inputs of the plant, SI; others keep their values.
+        """Execute a tick with inputs of the plant, SI; other inputs keep their values.
 
         Raises:
             NotFiniteError: if a state is not finite.

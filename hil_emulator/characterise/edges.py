@@ -1,7 +1,7 @@
 """The valve's edges as configured: openings, the dead band, and the loops of the spool.
 
-A test that needs an open valve drives it beyond the dead band, and one that needs to know where the
-spool stands goes far beyond hysteresis and threshold.
+A test with an open valve drives the spool beyond the dead band. A test that needs a defined spool
+position first moves the current far beyond hysteresis and threshold.
 """
 
 import math
@@ -13,11 +13,11 @@ from hil_emulator.characterise.result import Series
 from hil_emulator.characterise.stand import Bench
 
 _FAR = 6.0
-"""Widths of its transition in which a loop has changed its side (0.2 % of it left)."""
+"""Change of current after which the spool has crossed its loop to 0.2 %, in loop widths."""
 
 _ABOUT, _WITHIN = 3.0, 0.4
-"""Widths of the null that a sweep about it takes in, without and with a dead band, which is about
-one width wide."""
+"""Range of a sweep about null in widths of the null, without and with a dead band. The dead band is
+about one width wide."""
 
 _SENSES = {"sa": 1.0, "bt": 1.0, "sb": -1.0, "at": -1.0}
 """Sign of the travel that opens each edge."""
@@ -30,11 +30,11 @@ class Edges:
     Attributes:
         overlap: travel before an edge opens [A].
         underlap: opening at null [A].
-        clearance: what the leaking lands are worth [A].
-        passage: opening at which the passages resist as much [A].
+        clearance: opening equivalent to the leaking lands [A].
+        passage: opening with the same resistance as the passages [A].
         rated: travel of full command [A].
         laps: of single edges [A].
-        gains: of single edges over the valve's.
+        gains: gains of single edges relative to the valve's gain.
 
     """
 
@@ -60,7 +60,7 @@ class Edges:
         )  # fmt: skip
 
     def opening(self, travel: float, edge: str = "sa") -> float:
-        """Return what an edge's opening is worth at a travel of the spool [A]."""
+        """Return the effective opening of an edge at a travel of the spool [A]."""
         past = (_SENSES[edge] * travel - self.laps[edge]) * self.gains[edge]
         open_by = past - self.overlap + self.underlap
         if open_by > 0.0:
@@ -72,10 +72,10 @@ class Edges:
         return worth / math.hypot(1.0, worth / self.passage)
 
     def in_series(self, travel: float) -> float:
-        """Return the opening of two equal edges in series that pass as much as both open ones [A].
+        """Return the opening of two equal edges in series equivalent to the two open edges [A].
 
-        Both pass one flow, so the drops are as the inverse squares of the openings. Negative where
-        the travel is.
+        Both edges carry the same flow, so the pressure drops are proportional to the inverse
+        squares of the openings. The sign is that of the travel.
         """
         pair = ("sa", "bt") if travel > 0.0 else ("sb", "at")
         first, second = (self.opening(travel, edge) for edge in pair)
@@ -87,14 +87,14 @@ class Edges:
         return np.array([self.in_series(float(u)) for u in travel])
 
     def beyond(self, part: float) -> float:
-        """Return the travel that opens an edge by a part of its full opening [A]."""
+        """Return the travel that opens an edge by a fraction of its full opening [A]."""
         return self.overlap + part * (self.rated - self.overlap)
 
     @property
     def null_width(self) -> float:
-        """Travel that changes the opening at null by itself [A]; 0 if edges are tight there.
+        """Travel that changes the opening at null by 100 % [A]; 0 if edges are tight at null.
 
-        A blocked port's pressure rises by (p_s - p_t) per such a width.
+        The pressure of a blocked port rises by (p_s - p_t) per width.
         """
         overlap = self.overlap - self.underlap
         if overlap <= 0.0:
@@ -103,20 +103,20 @@ class Edges:
 
     @property
     def about_null(self) -> float:
-        """Travel from null over which a blocked port's pressure is swept [A]; 0 of tight edges.
+        """Travel from null over which a blocked port's pressure is swept [A]; 0 for tight edges.
 
-        Lands that overlap stay within the dead band: beyond it the whole port opens.
+        With overlap the sweep stays within the dead band.
         """
         return (_WITHIN if self.overlap > self.underlap else _ABOUT) * self.null_width
 
 
 def loop(bench: Bench) -> float:
-    """Return by how much the spool may stand apart at one current [A]: hysteresis and threshold."""
+    """Return the width of the spool's loop at one current [A]: hysteresis and threshold."""
     return bench.value("hysteresis_width") + 2.0 * bench.value("threshold_current")
 
 
 def loop_reach(bench: Bench) -> float:
-    """Return the change of the current after which the spool stands on one side of its loop [A]."""
+    """Return the change of the current after which the spool is on one side of its loop [A]."""
     width = loop(bench)
     transition = bench.value("hysteresis_transition") if bench.value("hysteresis_width") else 0.0
     return width + _FAR * transition

@@ -1,4 +1,4 @@
-"""How the pictures look: one palette and one kind of axes."""
+"""Style of the pictures: palette and axes."""
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -11,7 +11,7 @@ def new_figure() -> Figure:
 
 
 def label(axes: Axes, x: str, y: str, title: str = "") -> None:
-    """Name both axes, with units, and lay a light grid."""
+    """Label both axes, with units, and draw a light grid."""
     axes.set_xlabel(x)
     axes.set_ylabel(y)
     axes.set_title(title, fontsize="medium", loc="left")

@@ -1,7 +1,7 @@
 """A position controller that moves the rod along a path through its own valve.
 
-Proportional, with the current that the wanted speed needs fed forward, and with a jump over the
-valve's dead band. It sees the position sensor, as a controller on a real bench would.
+Proportional, with feed-forward of the current for the set speed and compensation of the valve's
+dead band. It uses the position sensor, as a controller on a real bench does.
 """
 
 import math
@@ -11,14 +11,14 @@ from hil_emulator.characterise.size import quickness
 from hil_emulator.characterise.stand import Bench, BenchRecord, Stand
 
 _BANDWIDTH = 20.0
-"""Of the position loop [rad/s], far below the resonance of the reference machine (assumed)."""
+"""Bandwidth of the position loop [rad/s], far below the reference machine's resonance (assumed)."""
 
 
 _OF_SPOOL = 0.2
-"""Of the spool's natural frequency, which the position loop has to stay below (assumed)."""
+"""Largest bandwidth of the position loop relative to the spool's natural frequency (assumed)."""
 
 _JUMP = 2e-3
-"""Of the rated current: within it the dead band is jumped from edge to edge (assumed)."""
+"""Range of current in which the dead band is crossed, relative to the rated current (assumed)."""
 
 
 class Mover:
@@ -43,7 +43,7 @@ class Mover:
         self._position = stand.sensors.names.index("position")
 
     def _jumped(self, current: float) -> float:
-        """Return a current that jumps the dead band."""
+        """Return the current with compensation of the dead band."""
         return current + self._lap * math.tanh(current / self._width) if self._lap else current
 
     def follow(self, path: Iterator[tuple[float, float]]) -> BenchRecord:
@@ -61,7 +61,7 @@ class Mover:
 def sine(
     centre: float, amplitude: float, hertz: float, period: float, cycles: float
 ) -> Iterator[tuple[float, float]]:
-    """Yield a sine motion about a position [m], from its middle."""
+    """Yield a sine motion about a position [m], starting at this position."""
     omega = 2.0 * math.pi * hertz
     for i in range(round(cycles / hertz / period)):
         phase = omega * i * period

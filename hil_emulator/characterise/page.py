@@ -1,4 +1,4 @@
-"""All results on one HTML page that needs no other file."""
+"""All results on one self-contained HTML page."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,8 +10,8 @@ from hil_emulator.pages.render import render
 _TITLE = "Bench tests of the emulated actuator"
 
 _SOURCES = (
-    f"{S1}. {S2}. Of their figures only what is "
-    "stated in numbers is drawn; of S1 Fig. 3.11 and S2 Fig. 1 to 4 no numbers are known here."
+    f"{S1}. {S2}. Only data that the documents "
+    "state as numbers are drawn; S1 Fig. 3.11 and S2 Fig. 1 to 4 state no numbers."
 )
 
 

@@ -1,4 +1,4 @@
-"""What a bench test is: a procedure that gives a result, and a picture of it."""
+"""The declaration of a bench test: its procedure and its picture."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from hil_emulator.characterise.stand import Bench
 
 
 class Chapter(IntEnum):
-    """What a bench test is about, in the order of the page."""
+    """Subject of a bench test, in the order of the page."""
 
     VALVE = 1
     OIL = 2
@@ -26,12 +26,12 @@ class Procedure:
     """A bench test.
 
     Attributes:
-        name: what the command line calls it.
+        name: name on the command line.
         title: one line.
-        run: performs it.
-        draw: draws its result into an empty figure.
-        chapter: of the page.
-        place: in the chapter, from 1.
+        run: performs the test.
+        draw: draws the result into an empty figure.
+        chapter: chapter of the page.
+        place: position in the chapter, from 1.
 
     """
 

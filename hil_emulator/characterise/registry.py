@@ -1,6 +1,6 @@
-"""Every bench test, and the function that performs some of them.
+"""The list of bench tests, and the function that performs them.
 
-Each file of the folder `procedures` declares one: the folder is the list.
+Each file of the folder `procedures` declares one bench test.
 """
 
 import contextlib
@@ -25,33 +25,33 @@ from hil_emulator.model.rests_on import rests_on
 from hil_emulator.platform.output_files import new_files, refuse_existing
 
 LONGEST_STEP = 2e-5
-"""Integration step of the tests where the machine needs no shorter one [s]."""
+"""Longest integration step of the tests [s]; a machine may need a shorter step."""
 
 
 @functools.cache
-def known() -> tuple[Procedure, ...]:
+def bench_tests() -> tuple[Procedure, ...]:
     """Return every bench test, in the order of the page."""
     names = (module.name for module in pkgutil.iter_modules(procedures.__path__))
     modules = [importlib.import_module(f"{procedures.__name__}.{name}") for name in names]
-    found: list[Procedure] = [module.TEST for module in modules]
-    return tuple(sorted(found, key=lambda test: (test.chapter, test.place)))
+    tests: list[Procedure] = [module.TEST for module in modules]
+    return tuple(sorted(tests, key=lambda test: (test.chapter, test.place)))
 
 
 def chosen(names: Sequence[str]) -> tuple[Procedure, ...]:
-    """Return the tests of these names in the page's order; "all" means every one.
+    """Return the tests of these names in the page's order; "all" means every test.
 
     Raises:
         UserError: if a test is not known.
 
     """
-    there = [test.name for test in known()]
+    there = [test.name for test in bench_tests()]
     for name in names:
         if name != "all" and name not in there:
             raise UserError(
                 f"there is no bench test '{name}'; there are: {', '.join(there)}, "
                 "and 'all' for every one"
             )
-    return tuple(test for test in known() if "all" in names or test.name in names)
+    return tuple(test for test in bench_tests() if "all" in names or test.name in names)
 
 
 def characterise(
@@ -59,19 +59,20 @@ def characterise(
     progress: Callable[[str], None] = lambda text: None, *, overwrite: bool = False,
     moved: Mapping[str, float] = MappingProxyType({}),
 ) -> list[BenchResult]:  # fmt: skip
-    """Perform bench tests on an emulated actuator and write what they find.
+    """Perform bench tests on an emulated actuator and write the results.
 
     The tests command the coil: ramps, compensation, spool feedback and dither of a driver are off.
-    For each test a table (CSV), everything (JSON) and a picture (PNG); for all of them together
-    `index.html`. They appear when all tests are done.
+
+    The files are a table (CSV), the result (JSON) and a picture (PNG) for each test, and
+    `index.html` for all tests. They are written when all tests are done.
 
     Args:
         names: the tests, or "all".
         bench: the actuator; its integration step at most `LONGEST_STEP`.
-        out: folder to write into; made where it is missing.
-        progress: told one line before each test.
-        moved: defaults of the bench, each moved by its spread, by field; numbers that rest on one
-            are marked.
+        out: folder to write into; created if it is missing.
+        progress: called with one line before each test.
+        moved: defaults of the bench, each moved by its spread, by field; numbers that depend on a
+            default are marked.
         overwrite: whether files of earlier results are replaced.
 
     Raises:
@@ -98,12 +99,12 @@ def _performed(
     progress: Callable[[str], None],
     moved: Mapping[str, float],
 ) -> list[BenchResult]:
-    """Perform tests and write their results into a folder, without those that cannot begin."""
+    """Perform tests and write their results into a folder; leave out tests without equilibrium."""
     results, left_out = [], []
     for i, test in enumerate(tests, start=1):
         progress(f"{i}/{len(tests)}  {test.title}")
         try:
-            result = _marked(_fair(test.run(bench), bench), bench, moved)
+            result = _marked(_without_foreign_figures(test.run(bench), bench), bench, moved)
         except NoEquilibriumError as error:
             left_out.append(f"{test.name}: {error}")
             progress(f"     left out: {error}")
@@ -116,7 +117,7 @@ def _performed(
 
 
 def _marked(result: BenchResult, bench: Bench, moved: Mapping[str, float]) -> BenchResult:
-    """Return a result whose expected numbers name the defaults that they rest on."""
+    """Return a result whose expected numbers name the defaults that they depend on."""
     if result.again is None:
         return result
     others = {}
@@ -131,12 +132,12 @@ def _marked(result: BenchResult, bench: Bench, moved: Mapping[str, float]) -> Be
     return dataclasses.replace(result, comparisons=marked)
 
 
-def _fair(result: BenchResult, bench: Bench) -> BenchResult:
-    """Return a result without what documents say of their machine, where it is another one."""
+def _without_foreign_figures(result: BenchResult, bench: Bench) -> BenchResult:
+    """Return a result; without the documents' figures if the bench is another machine."""
     if of_documents(bench):
         return result
-    own = [c for c in result.comparisons if c.kind != Agreement.DOCUMENT]
-    left_out = len(result.comparisons) - len(own)
-    note = f"Left out: {left_out} figures of the documents, which are of another machine."
+    applicable = [c for c in result.comparisons if c.kind != Agreement.DOCUMENT]
+    left_out = len(result.comparisons) - len(applicable)
+    note = f"Left out: {left_out} figures of the documents, which are for another machine."
     notes = [*result.notes, note] if left_out else result.notes
-    return dataclasses.replace(result, comparisons=own, notes=notes, figures=())
+    return dataclasses.replace(result, comparisons=applicable, notes=notes, figures=())

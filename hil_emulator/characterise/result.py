@@ -1,4 +1,4 @@
-"""What a bench test finds: a table, and how it compares with what it should reproduce."""
+"""The result of a bench test: a table, and comparisons with expected values."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -17,7 +17,7 @@ class Column:
     """One column of a table.
 
     Attributes:
-        unit: as engineers write it, "" where there is none.
+        unit: as engineers write it, "" for a column without a unit.
         values: shape (rows,).
 
     """
@@ -32,10 +32,10 @@ def column(unit: str, values: ArrayLike) -> Column:
 
 
 class Agreement(StrEnum):
-    """What agreement says, the strongest first; the value is the heading of the group.
+    """Meaning of an agreement, the strongest first; the value is the heading of the group.
 
-    Where more than one holds the weakest is chosen: a number of a document that is a parameter of
-    the machine is only found again.
+    If more than one applies the weakest is chosen: a number of a document that is a parameter of
+    the machine counts as configured.
     """
 
     DOCUMENT = "the document's figure"
@@ -44,35 +44,35 @@ class Agreement(StrEnum):
 
     @property
     def meaning(self) -> str:
-        """One line for the reader of a group."""
+        """Explanation of the group in one line."""
         return _MEANINGS[self]
 
 
 _MEANINGS = {
     Agreement.DOCUMENT:
-        "A number that stands in a document and is no parameter of the machine, whose parameters "
-        "were chosen for it.",
+        "A number of a document that is not a parameter of the machine; the machine's parameters "
+        "were chosen to reproduce it.",
     Agreement.DERIVED:
-        "A number that follows from the machine's parameters on another way than through the "
-        "emulator: a closed form, or the linear model.",
+        "A number that follows from the machine's parameters without the emulator: by a closed "
+        "form, or by the linear model.",
     Agreement.CONFIGURED:
-        "A parameter or a law that the machine was given, seen through its sensors.",
+        "A parameter or a law of the configuration, measured through the sensors.",
 }  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """One number of the emulator beside the number it should reproduce.
+    """A number of the emulator and its expected value.
 
     Attributes:
-        quantity: what it is.
+        quantity: name of the quantity.
         unit: of both numbers.
-        expected: the document's value, or what its formula gives for the configured machine.
-        source: where `expected` comes from.
-        measured: what the test found.
+        expected: the document's value, or that of its formula for the configured machine.
+        source: origin of `expected`.
+        measured: result of the test.
         tolerance: largest relative difference that counts as agreement.
-        kind: what agreement says.
-        rests_on: defaults one spread of which moves the expected number by more than 10 %.
+        kind: meaning of the agreement.
+        rests_on: defaults whose spread changes the expected number by more than 10 %.
 
     """
 
@@ -98,12 +98,12 @@ class Comparison:
 
 @dataclass(frozen=True)
 class DocumentFigure:
-    """A figure of a document that a picture shows too, as far as its numbers are known.
+    """A figure of a document that a picture includes, as far as the document states numbers.
 
     Attributes:
         name: such as "S1 Fig. 3.8".
-        states: what the document says.
-        drawn: what the picture takes from it.
+        states: statement of the document.
+        drawn: part of the figure that the picture shows.
 
     """
 
@@ -114,19 +114,19 @@ class DocumentFigure:
 
 @dataclass(frozen=True)
 class BenchResult:
-    """What one bench test found.
+    """The result of one bench test.
 
     Attributes:
         name: the test's name.
         title: one line above the picture.
-        procedure: how it was done, two or three sentences.
+        procedure: description of the test, two or three sentences.
         columns: the table, by column name; all of the same length.
-        comparisons: what the summary shows.
-        notes: what a reader of the numbers has to know.
-        figures: those of the documents that the picture shows too; of another machine than the
-            documents' none, and the picture then draws nothing of them.
-        again: returns the comparisons for the same bench with another parameter, of the same
-            measurement; None where no expected number depends on a default.
+        comparisons: rows of the summary.
+        notes: remarks on the numbers.
+        figures: figures of the documents in the picture; empty unless the machine is that of the
+            documents.
+        again: returns the comparisons of the same measurement for a bench with another parameter;
+            None if no expected number depends on a default.
         inapplicable: quantities that this machine does not have, each with the reason.
 
     """
@@ -146,7 +146,7 @@ class BenchResult:
         return self.columns[name].values
 
     def where(self, name: str, value: float, wanted: str) -> Series:
-        """Return one column's values in the rows where another one has a value."""
+        """Return the values of column `wanted` in the rows where column `name` has a value."""
         return np.asarray(self[wanted][self[name] == value])
 
 
@@ -165,7 +165,7 @@ class Group:
 
 
 def grouped(results: Iterable[BenchResult]) -> list[Group]:
-    """Return every comparison by its kind; kinds without any are left out."""
+    """Return every comparison by its kind; kinds without comparisons are left out."""
     rows = [(result.name, c) for result in results for c in result.comparisons]
     groups = [Group(kind, [row for row in rows if row[1].kind is kind]) for kind in Agreement]
     return [group for group in groups if group.rows]

@@ -1,4 +1,4 @@
-"""Sine in, sine out: the fundamental of a recorded signal."""
+"""Fundamental of a recorded signal."""
 
 import numpy as np
 
@@ -8,8 +8,8 @@ from hil_emulator.characterise.result import Series
 def fundamental(time: Series, values: Series, omega: float) -> complex:
     """Return the complex amplitude c of values = mean + trend + Im(c exp(j omega t)).
 
-    Least squares, so the record need not be a whole number of periods; the linear trend takes up
-    a drift of the mean.
+    By least squares, so the record need not be a whole number of periods; the linear trend models a
+    drift of the mean.
 
     Args:
         time: [s], shape (n,).

@@ -1,6 +1,6 @@
-"""How large and how quick a machine is, from which amplitudes and times of the tests follow.
+"""Size and speed of a machine, from which amplitudes and times of the tests follow.
 
-The tests were written for the documents' machine, HyQ's knee: a scale of 1 is that machine.
+A scale of 1 is the documents' machine, HyQ's knee.
 """
 
 import math
@@ -13,20 +13,20 @@ REFERENCE_RESONANCE = 60.5
 
 _DOCUMENTS = {"cylinder_piston_area": 2.0106e-4, "cylinder_stroke": 0.08, "valve_gain": 6.68e-6}
 _LIKENESS = 0.05
-"""Piston, stroke and valve of the documents' machine, and how near to them a machine has to be
-for their figures to be said of it (assumed)."""
+"""Largest relative deviation of piston, stroke and valve from the documents' machine for which the
+documents' figures apply (assumed)."""
 
 _SHARE = 0.4
-"""Of the no-load speed, which a test may ask a machine for (assumed)."""
+"""Largest speed of a test, part of the no-load speed (assumed)."""
 
 
 def of_documents(bench: Bench) -> bool:
-    """Tell whether a machine is the one whose figures stand in the documents."""
+    """Return whether a machine is the documents' machine."""
     return all(abs(bench.value(n) / v - 1.0) <= _LIKENESS for n, v in _DOCUMENTS.items())
 
 
 def fastest(bench: Bench) -> float:
-    """Return the largest speed that a test may ask for [m/s]."""
+    """Return the largest speed of a test [m/s]."""
     alpha, drop = bench.value("cylinder_area_ratio"), bench.value("supply_pressure")
     flow = bench.value("valve_gain") * bench.rated_current * math.sqrt(drop / (1.0 + alpha**3))
     return _SHARE * flow / bench.value("cylinder_piston_area")

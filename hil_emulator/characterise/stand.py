@@ -1,8 +1,7 @@
-"""The test stand: an emulated actuator, what it is fixed to, and the instruments around it.
+"""The test stand: an emulated actuator, its mounting, and the instruments.
 
-A test sees the actuator through its *sensors*. Where the documents put a laboratory instrument -
-a flow meter, a displacement transducer on the spool - it reads the model's signal instead; each
-test says which.
+A test uses the actuator's *sensors*. For a laboratory instrument of the documents (a flow meter, a
+displacement transducer on the spool) it reads the model's signal instead; each test states which.
 """
 
 from collections.abc import Iterable, Mapping
@@ -25,21 +24,21 @@ SMALL_CHAMBERS = {
     "cylinder_dead_volume_a": 1e-6,
     "cylinder_dead_volume_b": 1e-6,
 }
-"""A cylinder that is no more than 1 ml behind each port."""
+"""A cylinder with chambers of 1 ml."""
 
 _METER_CONDUCTANCE = 1e-7  # 0.01 bar at the nominal flow of the reference machine [m³/(s Pa)]
-_PIPE_VOLUME = 1e-2  # beside that meter [m³]
+_PIPE_VOLUME = 1e-2  # on each side of that meter [m³]
 _REFERENCE_OPENING = 6.68e-8  # its gain times its rated current [m³/(s √Pa)]
 
 
 @dataclass(frozen=True)
 class BenchRecord:
-    """What was seen, tick by tick.
+    """Readings and signals by tick.
 
     Attributes:
         time: end of each tick [s], shape (ticks,).
-        readings: what the sensors reported, by channel; shape (ticks,) each.
-        signals: the quantities themselves, by name; for laboratory instruments.
+        readings: readings of the sensors, by channel; shape (ticks,) each.
+        signals: true quantities, by name; for laboratory instruments.
 
     """
 
@@ -48,7 +47,7 @@ class BenchRecord:
     signals: Mapping[str, Series]
 
     def after(self, time: float) -> "BenchRecord":
-        """Leave out what came before a time [s]."""
+        """Return the record from a time [s] on."""
         late = self.time > time
         return BenchRecord(
             self.time[late],
@@ -88,12 +87,12 @@ class Stand:
         return self.recording(rows)
 
     def row(self, current: float, force: float = 0.0) -> Series:
-        """Let one tick pass; return readings and signals, one after the other."""
+        """Simulate one tick; return readings, followed by signals."""
         reading = self.tick(current, force)
         return np.concatenate([reading, self.plant.signal_vector])
 
     def recording(self, rows: Iterable[Series]) -> BenchRecord:
-        """Give names to rows of readings and signals."""
+        """Return rows of readings and signals as a record."""
         table = np.array(list(rows), dtype=np.float64)
         channels = len(self.sensors.names)
         signals = self.plant.kernel.signals.names or ()
@@ -106,11 +105,11 @@ class Stand:
 
 @dataclass(frozen=True)
 class Bench:
-    """An actuator's parameters and what is needed to put it on a stand.
+    """An actuator's parameters, and its mountings on a stand.
 
     Attributes:
         kernel: the compiled model.
-        values: parameters by field name, SI; effects that are not named are off.
+        values: parameters by field name, SI; effects without parameters here are off.
         sensors: transducer parameters by channel and field.
         seed: of the sensors' noise.
         step: integration step [s].
@@ -125,11 +124,11 @@ class Bench:
 
     @property
     def null_opening(self) -> float:
-        """Opening at null of edges without overlap [A]: underlap, and what leaking lands add."""
+        """Opening at null of edges without overlap [A]: underlap plus leaking lands."""
         return self.value("underlap_lap") + self.value("land_leakage_clearance")
 
     def stand(self, changes: Mapping[str, float], period: float = 1e-3) -> Stand:
-        """Set the actuator up anew with some parameters changed."""
+        """Return a new stand with some parameters changed."""
         plant = Plant(self.kernel, {**self.values, **changes}, self.step)
         random = np.random.default_rng(self.seed)
         return Stand(plant, Sensors(self.kernel, self.sensors, period, random), period)
@@ -143,7 +142,7 @@ class Bench:
         }
 
     def clamped(self, keep: Iterable[str] = ()) -> dict[str, float]:
-        """Return the changes that clamp the rod; of the cylinder only some effects are kept."""
+        """Return the changes that clamp the rod and switch off cylinder effects except `keep`."""
         return self.off("cylinder", "load", keep=keep) | _CLAMPED
 
     def blocked(self) -> dict[str, float]:
@@ -153,8 +152,8 @@ class Bench:
     def joined(self) -> dict[str, float]:
         """Return the changes that join ports a and b through pipe and flow meter.
 
-        The meter shows as leakage past the piston. Wide pipes keep it slow enough for the
-        integration step; between equal edges their pressure is the steady one from the start.
+        The meter is modelled as leakage past the piston. Large pipes make it slow enough for the
+        integration step; between equal edges the pressure is steady from the start.
         """
         size = self.valve_size
         return self.clamped() | {
@@ -165,20 +164,20 @@ class Bench:
         }
 
     def sealed(self) -> dict[str, float]:
-        """Return the changes that close closed lands tightly, and leave open edges as they are."""
+        """Return the changes that remove the leakage of closed lands."""
         return {"land_leakage_clearance": 0.0, "underlap_lap": self.null_opening}
 
     def smooth(self) -> dict[str, float]:
-        """Return the changes that switch off what no linear model has: dry friction, hysteresis.
+        """Return the changes that switch off dry friction and hysteresis, for a linear model.
 
-        The spool's threshold is its dry friction.
+        The spool's threshold is dry friction, too.
         """
         dry = self.off("friction", keep=("viscous_friction",))
         return dry | dict.fromkeys(FRICTION_OF_SPOOL, 0.0)
 
     @property
     def valve_size(self) -> float:
-        """The valve's flow over that of the reference machine's, to two digits."""
+        """The valve's flow relative to the reference machine's, to two digits."""
         return float(f"{self.value('valve_gain') * self.rated_current / _REFERENCE_OPENING:.2g}")
 
     def period(self, seconds: float) -> float:
@@ -192,11 +191,11 @@ class Bench:
 
     @property
     def relative_viscosity(self) -> float:
-        """Viscosity over that at 40 °C, where the machine's parameters hold."""
+        """Viscosity relative to that at 40 °C, for which the machine's parameters hold."""
         return self.viscosity / self.value("oil_kinematic_viscosity")
 
     def value(self, field: str) -> float:
-        """Return a parameter as the model takes it, its off value or default where not set."""
+        """Return a parameter of the model; its off value or default if it is not set."""
         return float(Plant(self.kernel, self.values, self.step).parameters[field])
 
     @property

@@ -1,4 +1,4 @@
-"""A result as files: a table (CSV), everything (JSON), a picture (PNG)."""
+"""A result as files: table (CSV), result (JSON), picture (PNG)."""
 
 import csv
 import json
@@ -59,7 +59,7 @@ def as_json(result: BenchResult) -> dict[str, object]:
 
 
 def outputs(name: str, folder: Path) -> tuple[Path, Path, Path]:
-    """Return the files of a test's result: table, everything, picture."""
+    """Return the files of a test's result: table, JSON, picture."""
     return folder / f"{name}.csv", folder / f"{name}.json", folder / f"{name}.png"
 
 
@@ -69,7 +69,7 @@ def write_result(
     """Write NAME.csv, NAME.json and NAME.png.
 
     Raises:
-        OSError: if one cannot be written.
+        OSError: if a file cannot be written.
 
     """
     figure = new_figure()

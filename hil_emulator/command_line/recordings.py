@@ -79,7 +79,7 @@ _TABLES = (
 _FILES = (
     click.option(
         "--node", "node_ids", multiple=True, type=click.IntRange(1, 127),
-        help="Node-ID of an --eds file that states none.",
+        help="Node-ID of an --eds file without a node-ID.",
     ),
     click.option(
         "--eds", "sheets", multiple=True, type=click.Path(path_type=Path),

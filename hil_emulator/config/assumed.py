@@ -1,4 +1,4 @@
-"""Values that no file states: the model takes a default, from which machines lie a spread away."""
+"""Values that no file states: the model uses a default, and machines differ by its spread."""
 
 import math
 from collections.abc import Iterator

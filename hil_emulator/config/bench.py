@@ -1,8 +1,8 @@
-"""Which bench a configuration describes, and what of the actuator stands on it.
+"""The kind of bench that a configuration describes, and its parts of the actuator.
 
 [bench]
 kind = "force balance"
-pressure_b = "absent"       # no such chamber; "3 bar" is one that no channel shows
+pressure_b = "absent"       # no such chamber; "3 bar" is a chamber without a channel
 """
 
 import math
@@ -116,13 +116,13 @@ class BenchTable(DescribedTable):
             if key not in KINDS[self.kind].options:
                 means = [kind.name for kind in KINDS.values() if key in kind.options]
                 raise ValueError(
-                    f'{key} says nothing about kind = "{self.kind}"; it belongs to '
+                    f'{key} does not apply to kind = "{self.kind}"; it belongs to '
                     f"{' and '.join(means)}"
                 )
         if self.kind == "closed loop" and self.proportional_gain is None:
             raise ValueError(
                 'kind = "closed loop" needs proportional_gain = "0.5 A/m" (current per deviation '
-                f'of the position), or "{FREE}" where nobody knows it'
+                f'of the position), or "{FREE}" if it is unknown'
             )
         return self
 

@@ -28,7 +28,7 @@ class Configuration:
         sync_period_ns: time that one SYNC stands for under the follow-SYNC clock [ns].
         bus: arguments of `can.Bus`.
         wire: its bit rate, and whether frames take time.
-        nodes: the CANopen nodes; none for a bench that only measures.
+        nodes: the CANopen nodes; empty for a bench that only measures.
         effects: the catalogue, with the user's own effects at its end.
         plant: parameters of the plant by record field, SI.
         sensors: transducer parameters by channel and record field, SI.
@@ -36,7 +36,7 @@ class Configuration:
         files: its files.
         texts: text of each file.
         fmu: the FMU that replaces the built-in plant, if there is one.
-        unsaid: fields of `plant` that no file states: they are derived from others.
+        unsaid: fields of `plant` that no file states; they are derived from others.
         stated: fields of `plant` that a file states.
         rated_current: current at which the valve is fully open [A], where a file states one.
         tolerances: relative standard deviation of stated values by field, where a file states it.

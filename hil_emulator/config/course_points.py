@@ -52,7 +52,7 @@ def column(file: Path, name: str) -> Points:
         raise UserError(f"{file}: cannot be read as a CSV of time and values: {error}") from None
     names = [title.strip() for title in header]
     if (name not in names[1:]) if name else len(names) < 2:
-        raise UserError(f"{file}: no column {name!r}; there are {', '.join(names[1:]) or 'none'}")
+        raise UserError(f"{file}: no column {name!r}; it has {', '.join(names[1:]) or 'no other'}")
     at = names.index(name, 1) if name else 1
     try:
         return _checked((float(row[0]), float(row[at])) for row in rows if row)

@@ -44,7 +44,7 @@ def laid(files: Sequence[Path], texts: Sequence[str], admit: Admit) -> Layers:
 
     """
     layers = [(f, parse_toml(f, text)) for f, text in zip(files, texts, strict=True)]
-    user_effects = [e for file, layer in layers for e in _own_effects(file, layer, admit)]
+    user_effects = [e for file, layer in layers for e in _user_effects(file, layer, admit)]
     effects = (*CATALOGUE, *user_effects)
     knobs: dict[tuple[str, ...], str] = {(e.stage.table, e.name): e.knob.name for e in effects}
     merged: dict[str, Any] = {}
@@ -73,7 +73,7 @@ def _refuse_machine(merged: Mapping[str, Any], origin: Mapping[tuple[str, ...], 
     )
 
 
-def _own_effects(file: Path, layer: dict[str, Any], admit: Admit) -> list[Effect]:
+def _user_effects(file: Path, layer: dict[str, Any], admit: Admit) -> list[Effect]:
     """Import the effect files that a layer names; each defines a tuple EFFECTS."""
     table = layer.get("model")
     named = table.get("effects", []) if isinstance(table, dict) else []

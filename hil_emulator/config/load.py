@@ -133,7 +133,7 @@ def on_bus(config: Configuration) -> Configuration:
     """Return a configuration of a whole actuator that has devices on a bus.
 
     Raises:
-        UserError: if it has none, or describes less.
+        UserError: if it has no device, or does not describe a whole actuator.
 
     """
     whole(config)

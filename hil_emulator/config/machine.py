@@ -14,7 +14,7 @@ bus = "left"
 node_offset = 10        # added to every node-ID in its files
 supply = "pump"         # without it, the one in its files is its own
 
-An actuator that says `carries = "lf_knee"` moves the link at whose end the knee's joint is.
+An actuator with `carries = "lf_knee"` moves the link at whose end the knee's joint is.
 """
 
 import dataclasses
@@ -139,7 +139,7 @@ def _supply_files(file: Path, table: MachineTable, actuator: ActuatorTable) -> t
     if actuator.supply is None:
         return ()
     if actuator.supply not in table.supplies:
-        names = ", ".join(table.supplies) or "none; add [supplies.NAME] with its files"
+        names = ", ".join(table.supplies) or "no supplies; add [supplies.NAME] with its files"
         raise UserError(
             f"{file}: actuator {actuator.name}: there is no supply '{actuator.supply}'; "
             f"there are: {names}"

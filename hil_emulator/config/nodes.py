@@ -15,7 +15,7 @@ from hil_emulator.config.table import DescribedTable, QuantityReader
 from hil_emulator.model.declare import Param
 
 UNCONFIGURED = 0xFF
-"""Node-ID of a device that has none yet (CiA 305)."""
+"""Node-ID of an unconfigured device (CiA 305)."""
 
 SAFE_CURRENT = Param("safe_current", "A", "set point without a controller", 0.0, -10.0, 10.0, "mA")
 

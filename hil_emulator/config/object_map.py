@@ -168,7 +168,9 @@ def read_value(content: object) -> dict[str, Any]:
         raise ValueError(f"{content!r} is no name, number or table")
     kinds = [kind for kind in KEYS if kind in content]
     if len(kinds) != 1:
-        raise ValueError(f"give one of {', '.join(KEYS)}; found {', '.join(kinds) or 'none'}")
+        raise ValueError(
+            f"give one of {', '.join(KEYS)}; found {', '.join(kinds) or 'no such key'}"
+        )
     (kind,) = kinds
     wrong = [key for key in content if key != kind and key not in KEYS[kind]]
     if wrong:

@@ -1,4 +1,4 @@
-"""Actuators on one supply: what they have to agree in."""
+"""Actuators on one supply: parameters that must agree."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -18,7 +18,7 @@ def on_one_supply(place: str, configs: Mapping[str, Configuration]) -> dict[str,
         configs: those actuators' configurations, by name.
 
     Raises:
-        UserError: if they differ in what there is only once.
+        UserError: if they differ in a parameter of the supply.
 
     """
     effects = _effects_of_all(place, configs)
@@ -70,5 +70,5 @@ def _check_equal(
             stated = ["nothing" if v is None else show(v, param.unit, param.shown) for v in values]
             raise UserError(
                 f"{place}: {first} and {second} differ in {field}: {stated[0]} and {stated[1]}; "
-                "a supply has it once, so say it in the supply's files"
+                "a supply has it once, so state it in the supply's files"
             )

@@ -31,9 +31,9 @@ class SignalSettings:
         unit: SI unit of `factor`, "" without one.
         factor: SI value of one unit of the signal; None leaves it to the unit in the DBC.
         offset: SI value of 0 of the signal: that of a gauge pressure.
-        constant: a number, or a word of its value table; None for none.
+        constant: a number, or a word of its value table; None without a constant.
         points: corners of its course over time, empty without one.
-        repeat: whether the course begins anew.
+        repeat: whether the course is repeated.
         column: where the course is in a CSV file: file and name of the column.
         states: words of its value table by the state of the commands, empty without them.
 
@@ -92,10 +92,10 @@ def _signal(key: str, content: object) -> SignalSettings:
     return SignalSettings(message, signal, **values)
 
 
-def _states(said: object) -> Mapping[str, str]:
-    if not isinstance(said, Mapping) or "ok" not in said or set(said) - set(STATES):
+def _states(table: object) -> Mapping[str, str]:
+    if not isinstance(table, Mapping) or "ok" not in table or set(table) - set(STATES):
         raise ValueError(f"state is a table of words by {', '.join(STATES)}; ok has to be there")
-    return {str(state): str(word) for state, word in said.items()}
+    return {str(state): str(word) for state, word in table.items()}
 
 
 class MessageTable(DescribedTable):

@@ -67,7 +67,9 @@ def fmu_settings(table: PlantTable, file: Path) -> FmuSettings | None:
     """
     if table.fmu is None:
         if table.inputs or table.outputs or table.parameters:
-            raise UserError(f'{file}: [plant] wires an FMU and names none: add fmu = "crane.fmu"')
+            raise UserError(
+                f'{file}: [plant] wires an FMU without naming it: add fmu = "crane.fmu"'
+            )
         return None
     for kind, given, names_known in (
         ("inputs", table.inputs, INPUTS), ("outputs", table.outputs, SIGNALS),
@@ -76,7 +78,7 @@ def fmu_settings(table: PlantTable, file: Path) -> FmuSettings | None:
         for name in given:
             if name not in names:
                 raise UserError(
-                    f"{file}: [plant.{kind}] {name}: there is none; there are {', '.join(names)}"
+                    f"{file}: [plant.{kind}] {name}: unknown; there are {', '.join(names)}"
                 )
     return FmuSettings(
         file.parent / table.fmu, _leads(table.inputs), _leads(table.outputs), table.parameters,

@@ -107,7 +107,7 @@ class QuantityReader:
         p = self.param
         lines = [p.meaning, f"{self.bounds}, typically {self.example}"]
         if p.default is not None:
-            lines.append(f"{show(p.default, p.unit, p.shown)} where nothing is said")
+            lines.append(f"default: {show(p.default, p.unit, p.shown)}")
         if self.words:
             lines.append(" or ".join(f'"{word}"' for word in self.words))
         return "\n".join([*lines, f"source: {p.source}"])
@@ -153,4 +153,4 @@ class TableOfWays(StrictTable):
         if tuple(len(group & given.keys()) for group in cls.groups) in cls.ways:
             return None
         present = [key for key in given if key in frozenset().union(*cls.groups)]
-        return ValueError(f"give {cls.wanted}; found {', '.join(present) or 'none of them'}")
+        return ValueError(f"give {cls.wanted}; found {', '.join(present) or 'no such key'}")

@@ -19,7 +19,7 @@ Where = tuple[str, ...]
 KEY = "tolerance"
 
 LARGEST = 10.0
-"""Relative: a factor of eleven means as little as no value."""
+"""Largest tolerance, relative: with it a value has no weight."""
 
 DERIVED: dict[Where, tuple[str, float]] = {
     ("valve", "nominal_flow"): ("valve_gain", 1.0),

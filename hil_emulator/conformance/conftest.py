@@ -1,4 +1,4 @@
-"""The device under test, freshly reset for every case."""
+"""The device under test, reset for every case."""
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
@@ -19,16 +19,16 @@ from hil_emulator.errors import UserError
 
 
 class Kept(NamedTuple):
-    """The device, and what it had when the suite came."""
+    """The device, and its parameters before the first case."""
 
     device: Device
     values: Values
 
 
 HERE = {"host": "127.0.0.1", "port": 29536}
-"""Where a TCP server of socketcand is looked for: that of `hil-emulator run` without options."""
+"""Default address of a socketcand server: that of `hil-emulator run` without options."""
 _SELF_STARTING = (
-    "note: the device is OPERATIONAL after boot-up; add --self-starting if it is meant to be. "
+    "note: the device is OPERATIONAL after boot-up; add --self-starting if this is intended. "
     "Each case begins in PRE-OPERATIONAL."
 )
 
@@ -37,7 +37,7 @@ def bus_settings(can: str, options: list[str]) -> Mapping[str, object]:
     """Return the settings of a bus from `--can` and `--can-option`.
 
     Raises:
-        UserError: one of them is not what it has to look like.
+        UserError: an option has the wrong form.
 
     """
     interface, colon, channel = can.partition(":")
@@ -56,7 +56,7 @@ def bus_settings(can: str, options: list[str]) -> Mapping[str, object]:
 
 @pytest.fixture(scope="session")
 def eds(request: pytest.FixtureRequest) -> Expectation:
-    """Return what the device promises."""
+    """Return the content of the EDS."""
     path, node_id = request.config.getoption("--eds"), request.config.getoption("--node")
     if path is None or node_id is None:
         pytest.exit("the conformance suite needs --eds FILE and --node ID", 4)
@@ -68,7 +68,7 @@ def eds(request: pytest.FixtureRequest) -> Expectation:
 
 @pytest.fixture(scope="session")
 def wire(request: pytest.FixtureRequest, eds: Expectation) -> Iterator[Wire]:
-    """Yield the suite's place on the bus, opened once it is clear what is to be tested."""
+    """Yield the suite's connection to the bus, opened after the check of the options."""
     given = request.config.hook.pytest_conformance_wire(config=request.config)
     if given is not None:
         yield given
@@ -101,8 +101,8 @@ def kept(request: pytest.FixtureRequest, eds: Expectation, wire: Wire) -> Kept:
 
 
 @pytest.fixture(scope="session")
-def found(kept: Kept) -> Iterator[Device]:
-    """Yield the device with nothing stored in it; in the end it has again what it had."""
+def restored(kept: Kept) -> Iterator[Device]:
+    """Yield the device without stored parameters; its parameters are put back at the end."""
     kept.device.restore_defaults()
     yield kept.device
     put_back(*kept)
@@ -110,30 +110,30 @@ def found(kept: Kept) -> Iterator[Device]:
 
 @pytest.fixture
 def weather(request: pytest.FixtureRequest) -> str:
-    """Return whether a storm has passed before the case."""
+    """Return the round of the case: before or after the random frames of `--storm`."""
     return str(getattr(request, "param", CALM))
 
 
 @pytest.fixture(scope="session")
-def storm(request: pytest.FixtureRequest, found: Device) -> Callable[[], None]:
-    """Return what lets the storm pass, once."""
-    return cache(lambda: Storm(found).rage(request.config.getoption("--storm")))
+def storm(request: pytest.FixtureRequest, restored: Device) -> Callable[[], None]:
+    """Return a function that sends the random frames of `--storm` in its first call."""
+    return cache(lambda: Storm(restored).rage(request.config.getoption("--storm")))
 
 
 @pytest.fixture
-def device(found: Device, weather: str, storm: Callable[[], None]) -> Device:
+def device(restored: Device, weather: str, storm: Callable[[], None]) -> Device:
     """Return the device, just booted."""
     if weather != CALM:
         storm()
-    found.wire.forget()
-    found.reset()
-    found.wire.forget()
-    return found
+    restored.wire.forget()
+    restored.reset()
+    restored.wire.forget()
+    return restored
 
 
 @pytest.fixture
 def storing(device: Device, kept: Kept) -> Iterator[Device]:
-    """Yield the device; what a case stores in it is forgotten afterwards."""
+    """Yield the device; parameters that a case stores are deleted afterwards."""
     yield device
     device.enter(PRE_OPERATIONAL)
     forget_stored(*kept)

@@ -1,4 +1,4 @@
-"""The device under test: its EDS, its SDO server, its NMT state and what it is told to do."""
+"""The device under test: EDS, SDO client, NMT commands and states."""
 
 from hil_emulator.conformance.expectation import Expectation
 from hil_emulator.conformance.sdo_client import SdoClient
@@ -19,9 +19,9 @@ GUARD_TIME, LIFE_TIME_FACTOR = 0x100C, 0x100D
 HEARTBEAT_CONSUMER, HEARTBEAT_PRODUCER = 0x1016, 0x1017
 
 BOOT_MS = 15_000
-"""How long a device may take to boot. Assumed."""
+"""Longest time for a boot (assumed)."""
 SETTLE_MS = 200
-"""How long a device may take for what it does not confirm. Assumed."""
+"""Longest time for an unconfirmed action (assumed)."""
 _HEARTBEAT_MS = 20
 
 
@@ -29,9 +29,9 @@ class Device:
     """The device under test.
 
     Args:
-        wire: the suite's place on the bus.
+        wire: the suite's connection to the bus.
         node_id: 1 to 127.
-        eds: what the device promises.
+        eds: content of the EDS.
 
     Attributes:
         sdo: a client of its SDO server.
@@ -51,12 +51,12 @@ class Device:
     # -- NMT ------------------------------------------------------------------------------
 
     def nmt(self, command: int, address: int | None = None) -> None:
-        """Send an NMT command, to this device unless told otherwise."""
+        """Send an NMT command, to this device unless an address is given."""
         target = self.node_id if address is None else address
         self.wire.send(0x000, bytes([command, target]))
 
     def reset(self, command: int = RESET_NODE, address: int | None = None) -> None:
-        """Reset the device, wait until it has booted, and have it PRE-OPERATIONAL."""
+        """Reset the device, wait until it has booted, and enter PRE-OPERATIONAL."""
         self.boot(command, address)
         if self.self_starting:
             self.enter(PRE_OPERATIONAL)
@@ -81,11 +81,11 @@ class Device:
         return self.wire.await_frame(answer_id, since=since, patience_ms=SETTLE_MS) is not None
 
     def enter(self, state: int, address: int | None = None) -> None:
-        """Bring the device into an NMT state and wait until it is there."""
+        """Bring the device into an NMT state and wait until it has reached the state."""
         watched = self.watch_state() if state == STOPPED else False
         self.nmt(COMMANDS[state], address)
         if state != STOPPED:
-            self.sdo.upload(0x1000)  # in order on the bus: the command has been obeyed
+            self.sdo.upload(0x1000)  # answered after the command was executed
         elif watched:
             self.expect_state(STOPPED)
         else:
@@ -113,7 +113,7 @@ class Device:
         return self.wire.await_frame(self.error_control_id, since=since, patience_ms=patience_ms)
 
     def state_after_boot(self) -> int:
-        """Return the state the device is in, by heartbeat or guarding; 0 where it shows none."""
+        """Return the device's state, by heartbeat or guarding; 0 without error control."""
         self.wire.run(SETTLE_MS)
         if self.watch_state():
             since = len(self.wire.log)
@@ -123,31 +123,31 @@ class Device:
         return data[0] & 0x7F if data else 0
 
     def watch_state(self) -> bool:
-        """Make the device send heartbeats, unless it answers no SDO; tell whether it can."""
+        """Switch heartbeats on, if the device answers SDO; return whether it has heartbeats."""
         if not self.eds.writable(HEARTBEAT_PRODUCER):
             return False
         since = len(self.wire.log)
         request = b"\x2b\x17\x10\x00" + _HEARTBEAT_MS.to_bytes(2, "little")
-        self.sdo.send(request)  # in STOPPED nobody answers, and the time is as it was
+        self.sdo.send(request)  # in STOPPED there is no answer, and the time is unchanged
         self.wire.await_frame(0x580 + self.node_id, since=since, patience_ms=SETTLE_MS)
         return True
 
     # -- parameters -----------------------------------------------------------------------
 
     def restore_defaults(self) -> None:
-        """Forget what is stored in the device, if it can, and reset it."""
+        """Restore the defaults, if the device supports it, and reset the device."""
         if self.eds.writable(RESTORE_PARAMETERS, 1):
             self.sdo.write_code(RESTORE_PARAMETERS, 1, LOAD)
         self.reset()
 
     def prepare_sync(self, overflow: int = 0) -> None:
-        """Let the device produce no SYNC, and expect one with such a counter (0 is none)."""
+        """Stop the SYNC producer, and set the counter overflow (0 is no counter)."""
         self.stop_sync()
         if self.eds.writable(SYNC_OVERFLOW):
             self.sdo.write(SYNC_OVERFLOW, 0, overflow, 1)
 
     def stop_sync(self) -> None:
-        """Let the device produce no SYNC, so that its parameters can be written."""
+        """Stop the SYNC producer, so that its parameters can be written."""
         if self.eds.writable(SYNC_COB_ID):
             cob_id = self.sdo.read(SYNC_COB_ID)
             if cob_id & SYNC_PRODUCER:
@@ -161,16 +161,16 @@ class Device:
     def emergency_id(self) -> int:
         """Identifier of emergencies by the EDS, else that of the predefined connection set."""
         variable = self.eds.variables.get((EMCY_COB_ID, 0))
-        said = 0 if variable is None else variable.default & 0x7FF
-        return said or 0x080 + self.node_id
+        can_id = 0 if variable is None else variable.default & 0x7FF
+        return can_id or 0x080 + self.node_id
 
     def emergencies(self, since: int = 0) -> list[int]:
-        """Return the error codes of all emergencies in the log, code 0 (no error) left out."""
+        """Return the error codes of all emergencies in the log, without code 0 (no error)."""
         heard = self.wire.heard(self.emergency_id, since)
         return [code for data in heard if (code := int.from_bytes(data[:2], "little"))]
 
     def await_emergency(self, code: int, since: int) -> bytes | None:
-        """Return the emergency with a code, 0 for no error, from the log or still to come."""
+        """Return the first emergency with a code, from the log or later; code 0 is no error."""
         return self.wire.await_frame(
             self.emergency_id,
             lambda data: int.from_bytes(data[:2], "little") == code,
@@ -178,10 +178,10 @@ class Device:
         )
 
     def sync(self, counter: int | None = None, can_id: int = 0x080) -> None:
-        """Send a SYNC and wait until the device has dealt with it."""
+        """Send a SYNC and wait until the device has handled it."""
         self.wire.send(can_id, b"" if counter is None else bytes([counter]))
         self.barrier()
 
     def barrier(self) -> None:
-        """Wait until all the device was sent has been dealt with, and its answers are here."""
+        """Wait until the device has handled and answered all frames sent to it."""
         self.sdo.upload(0x1000)

@@ -1,4 +1,4 @@
-"""Ways to give the device an error on purpose, so that it sends an emergency, and to end it."""
+"""Errors that a master can cause from the bus to make the device send an emergency."""
 
 from abc import ABC, abstractmethod
 
@@ -23,7 +23,7 @@ SYNC_LENGTH, LIFE_GUARD_OR_HEARTBEAT = 0x8240, 0x8130
 WATCH_MS = 50
 LONG_MS = 30_000
 LOST = b"\x05"
-"""A heartbeat of a node that will send no other."""
+"""A heartbeat of a node that stops afterwards."""
 
 
 def other_node(device: Device) -> int:
@@ -32,7 +32,7 @@ def other_node(device: Device) -> int:
 
 
 def watch_other_node(device: Device, time_ms: int, subindex: int = 1) -> None:
-    """Let the device watch the heartbeat of another node."""
+    """Make the device monitor the heartbeat of another node."""
     value = other_node(device) << 16 | time_ms
     device.sdo.write(HEARTBEAT_CONSUMER, subindex, value, 4)
 
@@ -48,7 +48,7 @@ class Way(ABC):
     code: int
     """Emergency error code."""
     repeatable = False
-    """Whether causing it again does again what is wrong."""
+    """Whether `cause` can be repeated while the error is active."""
 
     def __init__(self, device: Device) -> None:
         self.device = device
@@ -60,34 +60,34 @@ class Way(ABC):
 
     @abstractmethod
     def cause(self) -> None:
-        """Do what is wrong."""
+        """Cause the error."""
 
     @abstractmethod
     def end(self) -> None:
-        """Do it right, with time until it would be wrong again."""
+        """End the error, and extend the time until it would occur again."""
 
     def correct(self) -> None:
-        """Do it right without a change of parameters, which may end the error by itself."""
+        """End the error without a change of parameters, because that may clear the error, too."""
         self.end()
 
 
 class LostNode(Way):
-    """A watched heartbeat stops."""
+    """A monitored heartbeat stops."""
 
     code = LIFE_GUARD_OR_HEARTBEAT
 
     @property
     def offered(self) -> bool:
-        """Whether the device watches heartbeats."""
+        """Whether the device monitors heartbeats."""
         return self.device.eds.writable(HEARTBEAT_CONSUMER, 1)
 
     def cause(self) -> None:
-        """Send one heartbeat and no other."""
+        """Send a single heartbeat."""
         watch_other_node(self.device, WATCH_MS)
         beat(self.device)
 
     def end(self) -> None:
-        """Send a heartbeat, and have time for the next."""
+        """Send a heartbeat, and extend the time until the next."""
         beat(self.device)
         watch_other_node(self.device, LONG_MS)
         beat(self.device)
@@ -121,13 +121,13 @@ class ShortRpdo(Way):
         self.device.wire.send(self._can_id)
 
     def end(self) -> None:
-        """Send an RPDO as long as it should be."""
-        self.device.enter(OPERATIONAL)  # which the error may have ended
+        """Send an RPDO of the correct length."""
+        self.device.enter(OPERATIONAL)  # the error may have ended this state
         self.device.wire.send(self._can_id, bytes(self._size))
 
 
 class OverdueRpdo(ShortRpdo):
-    """An RPDO comes no more."""
+    """An RPDO stops."""
 
     code = RPDO_OVERDUE
     repeatable = False
@@ -139,7 +139,7 @@ class OverdueRpdo(ShortRpdo):
         return super().offered and self.device.eds.writable(indices[0], EVENT_TIMER)
 
     def cause(self) -> None:
-        """Send one RPDO and no other."""
+        """Send a single RPDO."""
         pdo = receiving(self.device)
         pdo.set(EVENT_TIMER, WATCH_MS)
         self._size = pdo.size()
@@ -157,7 +157,7 @@ class LongSync(Way):
 
     @property
     def offered(self) -> bool:
-        """Whether the device knows SYNC."""
+        """Whether the device consumes SYNC."""
         return (SYNC_COB_ID, 0) in self.device.eds
 
     def cause(self) -> None:
@@ -178,11 +178,11 @@ class LostMaster(Way):
 
     @property
     def offered(self) -> bool:
-        """Whether the device has life guarding, and the bus remote frames."""
+        """Whether the device has life guarding and the bus carries remote frames."""
         return self.device.eds.writable(GUARD_TIME) and self.device.wire.remote_frames
 
     def cause(self) -> None:
-        """Ask once, and no more; a device with a heartbeat would not answer."""
+        """Send a single request, with the heartbeat off: a device with a heartbeat ignores it."""
         if self.device.eds.writable(HEARTBEAT_PRODUCER):
             self.device.sdo.write(HEARTBEAT_PRODUCER, 0, 0, 2)
         self.device.sdo.write(GUARD_TIME, 0, WATCH_MS, 2)
@@ -190,23 +190,23 @@ class LostMaster(Way):
         self.device.guard()
 
     def end(self) -> None:
-        """Ask again, and have time for the next request."""
+        """Send a request, and extend the time until the next."""
         self.device.sdo.write(GUARD_TIME, 0, LONG_MS, 2)
         self.device.guard()
 
     def correct(self) -> None:
-        """Ask again."""
+        """Send a request."""
         self.device.guard()
 
 
 def ways(device: Device) -> list[Way]:
-    """Return the ways the device offers; the case is skipped where there is no emergency."""
+    """Return the ways that the device offers; skip the case if it has no emergencies."""
     need_object(device, EMCY_COB_ID)
     kinds = (LostNode, ShortRpdo, OverdueRpdo, LongSync, LostMaster)
-    found: list[Way] = [way for way in (kind(device) for kind in kinds) if way.offered]
-    if not found:
+    usable: list[Way] = [way for way in (kind(device) for kind in kinds) if way.offered]
+    if not usable:
         pytest.skip("the device offers no way to cause an error from the bus")
-    return found
+    return usable
 
 
 def bring_about(way: Way) -> bytes:

@@ -1,4 +1,4 @@
-"""What the EDS promises: its objects, and what it says of the device."""
+"""The content of the EDS, with which the device is compared."""
 
 from pathlib import Path
 
@@ -10,11 +10,11 @@ from hil_emulator.device.eds.sections import Section, parse, read
 from hil_emulator.device.entry import Entry
 
 REFUSE_WRITE, REFUSE_READ = 1, 2
-"""ObjFlags (CiA 306 4.6.3): not to be written by a download, not to be read by a scan."""
+"""ObjFlags (CiA 306 4.6.3): excluded from downloads, excluded from scans."""
 
 FIRST_OBJECT = 0x1000
 VAR = 7
-"""ObjectType of a variable, which is also that of an object without ObjectType (CiA 306 4.6.3)."""
+"""ObjectType of a variable, and of an object without the key ObjectType (CiA 306 4.6.3)."""
 
 
 class Expectation:
@@ -26,7 +26,7 @@ class Expectation:
 
     Attributes:
         path: as given.
-        sheet: the sections of the file, as they stand.
+        sheet: the sections of the file.
         variables: every variable from index 0x1000 on, by (index, sub-index).
         dummies: indices of the data types an RPDO may map as dummies.
 
@@ -55,7 +55,7 @@ class Expectation:
         return sorted({index for index, _ in self.variables if index in within})
 
     def find(self, access: set[str], *, mappable: bool | None = None) -> list[Entry]:
-        """Return the variables of some access types, mappable or not where it matters."""
+        """Return the variables of some access types, filtered by `mappable` unless None."""
         return [
             variable
             for variable in self.variables.values()
@@ -63,36 +63,36 @@ class Expectation:
         ]
 
     def writable(self, index: int, subindex: int = 0) -> bool:
-        """Tell whether the EDS has an object and lets a client write it."""
+        """Return whether the EDS has an object that a client may write."""
         variable = self.variables.get((index, subindex))
         return variable is not None and variable.writable
 
     def limited(self, index: int, value: int) -> int:
-        """Return a value for an object, or its limit where that is lower."""
+        """Return a value for an object, or the object's upper limit if that is lower."""
         high = self.variables[index, 0].high
         return value if high is None else min(value, int(high))
 
     def default(self, variable: Entry) -> bytes | None:
-        """Return the bytes a variable has after a reset; None where the EDS does not say."""
+        """Return a variable's bytes after a reset; None if the EDS has no default."""
         section = self._section(variable)
-        said = section.get("ParameterValue") or section.get("DefaultValue")
-        return variable.type.encode(variable.default) if said else None
+        text = section.get("ParameterValue") or section.get("DefaultValue")
+        return variable.type.encode(variable.default) if text else None
 
     def flags(self, variable: Entry) -> int:
         """Return the ObjFlags of a variable's object."""
         return number(self.sheet.get(f"{variable.index:04X}"), "ObjFlags", self._report)
 
     def object_type(self, index: int) -> int:
-        """Return the ObjectType of an object, VAR where the EDS says none."""
+        """Return the ObjectType of an object, VAR if the EDS lacks the key."""
         return number(self.sheet.get(f"{index:04X}"), "ObjectType", self._report) or VAR
 
     def count(self, key: str) -> int:
-        """Return a number that `[DeviceInfo]` says of the device."""
+        """Return a number of `[DeviceInfo]`."""
         return number(self.sheet.get("DeviceInfo"), key, self._report)
 
     def _section(self, variable: Entry) -> Section:
-        own, member = f"{variable.index:04X}", f"{variable.index:04X}sub{variable.subindex:X}"
-        return self.sheet.get(member if member in self.sheet else own)
+        index, member = f"{variable.index:04X}", f"{variable.index:04X}sub{variable.subindex:X}"
+        return self.sheet.get(member if member in self.sheet else index)
 
 
 def type_range(variable: Entry) -> tuple[int, int] | None:
@@ -103,11 +103,11 @@ def type_range(variable: Entry) -> tuple[int, int] | None:
 
 def type_code(kind: DataType) -> int:
     """Return the code of a data type (CiA 301 7.4.7)."""
-    return next(code for code, known in DATA_TYPES.items() if known.name == kind.name)
+    return next(code for code, data_type in DATA_TYPES.items() if data_type.name == kind.name)
 
 
 def encoded(variable: Entry, value: int) -> bytes:
-    """Return an integer as bytes of the variable's size, limits or not."""
+    """Return an integer as bytes of the variable's size, without a check of limits."""
     return value.to_bytes(variable.type.size, "little", signed=value < 0)
 
 

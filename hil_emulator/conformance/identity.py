@@ -1,4 +1,4 @@
-"""What a device says of itself, for the head of a report."""
+"""Identity of the device for the head of a report."""
 
 from datetime import datetime
 
@@ -10,16 +10,16 @@ _NUMBERS = {1: "Vendor-ID", 2: "Product code", 3: "Revision number", 4: "Serial 
 
 
 def about(device: Device) -> list[tuple[str, str]]:
-    """Return titles and texts: device, EDS, and when it was tested with what."""
+    """Return titles and texts: device, EDS, time and version of the suite."""
     sdo, eds = device.sdo, device.eds
-    found = [("Node-ID", str(device.node_id)), ("EDS", eds.path.name)]
+    rows = [("Node-ID", str(device.node_id)), ("EDS", eds.path.name)]
     for index, title in _STRINGS.items():
         if (index, 0) in eds and sdo.read_code(index) == 0:
-            found.append((title, sdo.upload(index).decode("latin-1")))
+            rows.append((title, sdo.upload(index).decode("latin-1")))
     for subindex, title in _NUMBERS.items():
         if (0x1018, subindex) in eds and sdo.read_code(0x1018, subindex) == 0:
-            found.append((title, f"0x{sdo.read(0x1018, subindex):08X}"))
+            rows.append((title, f"0x{sdo.read(0x1018, subindex):08X}"))
     if device.self_starting:
-        found.append(("After boot-up", "OPERATIONAL by itself"))
+        rows.append(("After boot-up", "OPERATIONAL by itself"))
     when = datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z")
-    return [*found, ("Tested", f"{when}, hil-emulator {__version__}")]
+    return [*rows, ("Tested", f"{when}, hil-emulator {__version__}")]

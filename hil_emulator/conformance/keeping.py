@@ -1,4 +1,4 @@
-"""What was in the device before the suite came, and how it is put back."""
+"""Reading the device's parameters before the first case, and writing them back at the end."""
 
 from collections.abc import Mapping
 
@@ -21,13 +21,13 @@ _PDO_OBJECTS = range(RPDO_RECORDS.start, TPDO_RECORDS.stop + 0x200)
 
 def parameters(device: Device) -> Values:
     """Return all parameters that a client can write and read back."""
-    found = device.eds.find({"rw"}, mappable=False)
-    keys = [(v.index, v.subindex) for v in found if v.index not in COMMANDS]
+    variables = device.eds.find({"rw"}, mappable=False)
+    keys = [(v.index, v.subindex) for v in variables if v.index not in COMMANDS]
     return {key: device.sdo.upload(*key) for key in keys if device.sdo.read_code(*key) == 0}
 
 
 def forget_stored(device: Device, kept: Values) -> None:
-    """Have the device start with its defaults; where it cannot restore them, with `kept`."""
+    """Restore the stored defaults; if the device cannot restore them, store `kept`."""
     if device.eds.writable(RESTORE_PARAMETERS, 1):
         device.restore_defaults()
     else:
@@ -35,8 +35,8 @@ def forget_stored(device: Device, kept: Values) -> None:
 
 
 def put_back(device: Device, kept: Values) -> None:
-    """Have the device start with the parameters that it had."""
-    device.reset()  # a case may have left it STOPPED, where nobody answers an SDO
+    """Write and store the parameters that the device had before the first case."""
+    device.reset()  # a case may have left it in STOPPED, without SDO
     device.restore_defaults()
     now = parameters(device)
     different = {key: value for key, value in kept.items() if now.get(key) != value}
@@ -60,12 +60,12 @@ def put_back(device: Device, kept: Values) -> None:
 
 
 def _order(key: tuple[int, int]) -> tuple[bool, tuple[int, int]]:
-    """Have the cycle period come last: it locks others."""
+    """Sort the SYNC cycle period last, because it locks other parameters."""
     return key[0] == CYCLE_PERIOD, key
 
 
 def _put_back_pdo(device: Device, pdo: Pdo, kept: Values) -> None:
-    """Write the records of a PDO in the order that CiA 301 7.5.2.36 asks for."""
+    """Write the records of a PDO in the order required by CiA 301 7.5.2.36."""
     pdo.disable()
     entries = [value for (index, n), value in kept.items() if index == pdo.mapping and n]
     count = kept.get((pdo.mapping, 0))

@@ -1,4 +1,4 @@
-"""Which objects a master may write at any time, and by how much a value can be wrong."""
+"""Objects that a master may write at any time, and values beyond their limits."""
 
 from collections.abc import Iterator
 
@@ -7,7 +7,7 @@ from hil_emulator.device.entry import Entry
 
 COMMUNICATION, APPLICATION = range(0x1000, 0x2000), range(0x2000, 0x10000)
 COMMANDS = frozenset({0x1003, 0x1010, 0x1011, 0x1020, 0x1F50, 0x1F51})
-"""Written to make the device act: history, storing, program download and control."""
+"""Objects whose write is a command: history, storing, program download and control."""
 _MAPPINGS = (range(0x1600, 0x1800), range(0x1A00, 0x1C00))
 _PDOS = (range(0x1400, 0x1600), range(0x1800, 0x1A00))
 _LOCKED_WHILE_VALID = (3, 6)
@@ -15,7 +15,7 @@ _LOCKED_WHILE_VALID = (3, 6)
 
 
 def free(variable: Entry) -> bool:
-    """Tell whether a master may write a variable at any time without the device acting on it."""
+    """Return whether a master may write a variable at any time and the write is not a command."""
     index = variable.index
     if index in COMMANDS or any(index in indices for indices in _MAPPINGS):
         return False
@@ -33,9 +33,10 @@ def free_parameters(eds: Expectation, within: range = range(0x1000, 0x10000)) ->
 
 
 def beyond(eds: Expectation, *, above: bool) -> Iterator[tuple[Entry, int]]:
-    """Yield free parameters and a value above, or below, what they may be.
+    """Yield free parameters with a value above, or below, their limits.
 
-    The limits of the EDS, and those of the SYNC counter overflow (CiA 301 7.5.2.22: 0, 2 to 240).
+    Limits are those of the EDS, and 0 and 2 to 240 for the SYNC counter overflow (CiA 301
+    7.5.2.22).
     """
     for variable in free_parameters(eds):
         limits = type_range(variable)

@@ -1,4 +1,4 @@
-"""Values to write into objects, by which it shows where each byte has gone."""
+"""Test values for objects that show the position of each byte."""
 
 import struct
 
@@ -10,7 +10,7 @@ _REAL_CODE = {4: "<f", 8: "<d"}
 
 
 def pattern(variable: Entry, seed: int = 0) -> bytes:
-    """Return the bytes of a value within the limits, no two of them alike where there is room."""
+    """Return the bytes of a value within the limits, all different if the limits allow it."""
     kind = variable.type
     low, high = variable.bounds
     if kind.kind == "real":
@@ -24,14 +24,14 @@ def pattern(variable: Entry, seed: int = 0) -> bytes:
 
 
 def loops(eds: Expectation) -> list[Entry]:
-    """Return the objects that a client may write and a TPDO may show, long ones first."""
-    found = [
+    """Return the objects that a client may write and a TPDO may carry, the longest first."""
+    variables = [
         v
         for v in eds.variables.values()
         if v.transmittable and v.writable and v.index in APPLICATION
     ]
     return sorted(
-        (v for v in found if v.readable and v.type.numeric and pattern(v, 0) != pattern(v, 1)),
+        (v for v in variables if v.readable and v.type.numeric and pattern(v, 0) != pattern(v, 1)),
         key=lambda v: -v.type.bits,
     )
 

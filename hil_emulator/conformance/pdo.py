@@ -14,16 +14,16 @@ RPDO_RECORDS, TPDO_RECORDS = range(0x1400, 0x1600), range(0x1800, 0x1A00)
 PREDEFINED = 4
 """PDOs of each direction that have identifiers in the predefined connection set (7.3.5)."""
 TO_MAPPING = 0x200
-"""From a communication record to the mapping record of the same PDO."""
+"""Offset from the index of a communication record to that of the PDO's mapping record."""
 
 MOST = 8
-"""TPDOs that are tried where all could be; a device may have 512. Assumed."""
+"""Largest number of TPDOs that a case tries, of up to 512 (assumed)."""
 
 COB_ID, TRANSMISSION_TYPE, INHIBIT_TIME, EVENT_TIMER, SYNC_START = 1, 2, 3, 5, 6
 INVALID, NO_REMOTE = 1 << 31, 1 << 30
 CAN_ID = 0x7FF
 REFUSED = {0x0609_0030, 0x0609_0031, 0x0604_0041, 0x0601_0002, 0x0800_0000}
-"""How a device says that it does not offer a transmission."""
+"""Abort codes of a device that does not support a transmission type."""
 EVENT_DRIVEN = 255
 
 
@@ -31,7 +31,7 @@ class Pdo:
     """One PDO of the device.
 
     Args:
-        device: whose it is.
+        device: the device under test.
         index: of its communication record.
 
     Attributes:
@@ -60,7 +60,7 @@ class Pdo:
 
     @property
     def _spare_id(self) -> int:
-        """An identifier that the predefined connection set gives it, or nobody (7.3.5)."""
+        """Its identifier in the predefined connection set, or an unused identifier (7.3.5)."""
         number = self.index - (RPDO_RECORDS if self.receive else TPDO_RECORDS).start
         if number < PREDEFINED:
             return (0x200 if self.receive else 0x180) + 0x100 * number + self._device.node_id
@@ -81,7 +81,7 @@ class Pdo:
         self._device.sdo.download(self.index, subindex, encoded(variable, value))
 
     def code(self, subindex: int, value: int) -> int:
-        """Return the abort code of writing a communication parameter, 0 if it is taken."""
+        """Return the abort code of writing a communication parameter, 0 if it is accepted."""
         try:
             self.set(subindex, value)
         except Aborted as abort:
@@ -89,16 +89,16 @@ class Pdo:
         return 0
 
     def offers(self, subindex: int) -> bool:
-        """Tell whether a communication parameter can be written."""
+        """Return whether a communication parameter can be written."""
         return self._device.eds.writable(self.index, subindex)
 
     def disable(self) -> None:
-        """Let it exist no more."""
+        """Disable the PDO (set bit 31 of its COB-ID)."""
         if self.offers(COB_ID):
             self.set(COB_ID, self.get(COB_ID) | INVALID)
 
     def enable(self, *, remote: bool = False) -> None:
-        """Let it exist again, with remote frames answered if `remote`."""
+        """Enable the PDO, with RTR allowed if `remote`."""
         cob_id = self.get(COB_ID) & ~INVALID
         if not cob_id & CAN_ID:
             cob_id |= self._spare_id
@@ -110,10 +110,10 @@ class Pdo:
             pytest.skip(f"{self.name} answers no remote frames: {abort}")
 
     def prepare(self) -> bool:
-        """Disable it, and map an object that SDO can read, if it can be and no such one is.
+        """Disable the PDO, and map an object that SDO can read unless one is mapped already.
 
         Returns:
-            Whether the PDO can be enabled then.
+            Whether the PDO can be enabled.
 
         """
         if not self.offers(COB_ID):
@@ -135,7 +135,7 @@ class Pdo:
     def configure(
         self, kind: int, *, inhibit_100us: int = 0, event_ms: int = 0, sync_start: int = 0
     ) -> None:
-        """Set how it is sent; the case is skipped where the device does not offer that."""
+        """Set the transmission; skip the case if the device does not support it."""
         values = {
             TRANSMISSION_TYPE: kind,
             INHIBIT_TIME: inhibit_100us,
@@ -149,7 +149,7 @@ class Pdo:
                 pytest.skip(f"{self.name}: sub-index {subindex} cannot be set")
 
     def _try(self, subindex: int, value: int) -> None:
-        """Write a parameter; skip the case where the device offers no such transmission."""
+        """Write a parameter; skip the case if the device does not support the transmission."""
         try:
             self.set(subindex, value)
         except Aborted as abort:
@@ -168,16 +168,16 @@ class Pdo:
 
     @property
     def variable(self) -> bool:
-        """Whether its mapping can be written, for which it has to be disabled first."""
+        """Whether its mapping can be written; the PDO must be disabled."""
         return self.offers(COB_ID) and self._device.eds.writable(self.mapping)
 
     def need_variable_mapping(self) -> None:
-        """Skip the case where the mapping is fixed."""
+        """Skip the case if the mapping is fixed."""
         if not self.variable:
             pytest.skip(f"the mapping of {self.name} is fixed")
 
     def map(self, words: Sequence[int]) -> int:
-        """Map objects by the procedure; return the first abort code, 0 if all goes well.
+        """Map objects by the procedure; return the first abort code, 0 for success.
 
         The PDO is disabled afterwards.
         """
@@ -193,22 +193,22 @@ class Pdo:
         return 0
 
     def entry_code(self, number: int, word: int) -> int:
-        """Return the abort code of writing one entry of the mapping, 0 if it is taken."""
+        """Return the abort code of writing one entry of the mapping, 0 if it is accepted."""
         return self._device.sdo.write_code(self.mapping, number, word.to_bytes(4, "little"))
 
     def capacity(self) -> int:
-        """Return how many objects its mapping record has room for."""
+        """Return the number of entries of its mapping record."""
         keys = self._device.eds.variables
         return sum(index == self.mapping and subindex > 0 for index, subindex in keys)
 
 
 def rpdos(device: Device) -> list[Pdo]:
-    """Return all RPDOs; the case is skipped where there are none, as sensors may have none."""
+    """Return all RPDOs; skip the case for a device without RPDOs, such as a sensor."""
     return _need(device, RPDO_RECORDS, "RPDO")
 
 
 def tpdos(device: Device) -> list[Pdo]:
-    """Return all TPDOs; the case is skipped where there are none."""
+    """Return all TPDOs; skip the case for a device without TPDOs."""
     return _need(device, TPDO_RECORDS, "TPDO")
 
 
@@ -235,18 +235,18 @@ def silence(device: Device) -> None:
 def usable(device: Device, overflow: int = 0) -> list[Pdo]:
     """Disable all TPDOs and return those that can be enabled.
 
-    Those that map nothing by default are mapped. SYNC is expected with a counter of this overflow.
+    TPDOs without a default mapping are mapped. SYNC has a counter with this overflow.
     """
     device.prepare_sync(overflow)
     silence(device)
-    found = [pdo for pdo in tpdos(device)[:MOST] if pdo.prepare()]
-    if not found:
+    tpdos_usable = [pdo for pdo in tpdos(device)[:MOST] if pdo.prepare()]
+    if not tpdos_usable:
         pytest.skip("no TPDO can be enabled: COB-IDs are fixed, or nothing can be mapped")
-    return found
+    return tpdos_usable
 
 
 def receiving(device: Device) -> Pdo:
-    """Return an RPDO that carries something, disabled, its deadline off and not synchronous."""
+    """Return an RPDO with a mapping, disabled, without deadline and not synchronous."""
     device.prepare_sync()
     for pdo in rpdos(device):
         if pdo.prepare():
@@ -258,12 +258,14 @@ def receiving(device: Device) -> Pdo:
 
 
 def carriable(device: Device, *, receive: bool) -> list[Entry]:
-    """Return what process data may be mapped into an RPDO or TPDO; first what SDO can read.
+    """Return the process data that an RPDO or TPDO may carry, objects that SDO can read first.
 
-    Communication objects are left out, as mapping them changes how the device communicates.
+    Communication objects are left out, because mapping them changes the communication.
     """
-    found = [v for v in device.eds.variables.values() if v.index in APPLICATION]
-    fitting = [v for v in found if v.type.bits and (v.receivable if receive else v.transmittable)]
+    process_data = [v for v in device.eds.variables.values() if v.index in APPLICATION]
+    fitting = [
+        v for v in process_data if v.type.bits and (v.receivable if receive else v.transmittable)
+    ]
     return sorted(fitting, key=lambda v: not v.readable)
 
 
@@ -273,10 +275,10 @@ def word(variable: Entry) -> int:
 
 
 def mappable(device: Device, access: set[str]) -> list[Entry]:
-    """Return the variables a PDO may carry by their access types, the case's reason to exist."""
-    found = [
+    """Return the mappable variables of some access types; skip the case if the list is empty."""
+    variables = [
         v for v in device.eds.find(access, mappable=True) if v.type.bits and v.index in APPLICATION
     ]
-    if not found:
+    if not variables:
         pytest.skip(f"no mappable object has the access type {' or '.join(sorted(access))}")
-    return found
+    return variables

@@ -14,24 +14,24 @@ from hil_emulator.errors import UserError
 from hil_emulator.platform.output_files import refuse_existing, write_texts
 
 PLUGIN = __name__
-"""What `pytest -p` calls it."""
+"""Name of the plugin for `pytest -p`."""
 
 CALM, STORMY = "calm", "after the storm"
-"""The two rounds of cases that `--storm` asks for."""
+"""The two rounds of cases with `--storm`: before and after its random frames."""
 
 ABOUT = pytest.StashKey[list[tuple[str, str]]]()
-"""What is known of the device, for the page."""
+"""Identity of the device, for the page."""
 
 _ABORTED = f"{Aborted.__module__}.{Aborted.__name__}: "
 _ABORT_CODE = re.compile(r"\b[1-9]\d{7,8}\b")
-"""Abort codes in decimal, as an assertion shows them; in hexadecimal they begin with 0."""
+"""Abort codes in decimal, as assertions show them; in hexadecimal they begin with 0."""
 _WAY_OUT = "choose another name, or add --conformance-overwrite to replace it"
 _PROPERTY = "conformance case"
 _ROUND = "conformance round"
 
 
 class Hooks:
-    """What another plugin may take over."""
+    """Hooks that another plugin may implement."""
 
     @pytest.hookspec(firstresult=True)
     def pytest_conformance_wire(self, config: pytest.Config) -> Wire | None:
@@ -44,7 +44,7 @@ def pytest_addhooks(pluginmanager: pytest.PytestPluginManager) -> None:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add where the device is and what it promises."""
+    """Add the options for bus, device and report."""
     group = parser.getgroup("conformance", "CANopen conformance (hil_emulator.conformance)")
     group.addoption(
         "--can", metavar="INTERFACE:CHANNEL", help="python-can bus, such as socketcan:can0"
@@ -54,21 +54,21 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         metavar="KEY=VALUE",
         action="append",
         default=[],
-        help="another argument of python-can's Bus, such as host=127.0.0.1; may be repeated",
+        help="an argument of python-can's Bus, such as host=127.0.0.1; may be repeated",
     )
     group.addoption("--node", metavar="ID", type=int, help="node-ID of the device, 1 to 127")
     group.addoption("--eds", metavar="FILE", type=Path, help="EDS or DCF of the device")
     group.addoption(
         "--case", metavar="LABEL", action="append", default=[], dest="conformance_cases",
-        help="a case or a chapter, such as 2.7 or 3; all without it; may be repeated",
+        help="a case or a chapter, such as 2.7 or 3 (default: all); may be repeated",
     )  # fmt: skip
     group.addoption(
         "--self-starting", action="store_true",
-        help="the device may enter OPERATIONAL by itself, also without 0x1F80",
+        help="accept that the device enters OPERATIONAL by itself without 0x1F80",
     )  # fmt: skip
     group.addoption(
         "--storm", metavar="N", type=int, default=0,
-        help="after all cases send N random frames to the device, then put all cases again",
+        help="after all cases send N random frames to the device, then repeat all cases",
     )  # fmt: skip
     group.addoption(
         "--conformance-html", metavar="FILE", type=Path, help="write the report as an HTML page"
@@ -93,34 +93,34 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def label(item: pytest.Item) -> str | None:
-    """Return which case a test is, None for other tests."""
+    """Return the label of a test's case, None for other tests."""
     mark = item.get_closest_marker(MARK)
     return None if mark is None else str(mark.args[0])
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
-    """Put each case twice where a storm lies between."""
+    """Repeat each case in a second round with `--storm`."""
     if metafunc.config.getoption("--storm") and metafunc.definition.get_closest_marker(MARK):
         metafunc.parametrize("weather", [CALM, STORMY], indirect=True)
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Bring the cases into the order of their numbers, and let reports carry these."""
+    """Sort the cases by number, and add case and round to the test reports."""
     wanted = config.getoption("conformance_cases")
     if wanted:
         items[:] = [item for item in items if _wanted(label(item), wanted)]
     for item in items:
-        found = label(item)
-        if found is not None:
-            item.user_properties += [(_PROPERTY, found), (_ROUND, _round(item))]
+        case = label(item)
+        if case is not None:
+            item.user_properties += [(_PROPERTY, case), (_ROUND, _round(item))]
     order = {name: position for position, name in enumerate(CASES)}
     if items and all(label(item) in order for item in items):
         items.sort(key=lambda item: (_round(item) != CALM, order[str(label(item))]))
 
 
-def _wanted(found: str | None, wanted: list[str]) -> bool:
-    return found is not None and any(found == w or found.startswith(f"{w}.") for w in wanted)
+def _wanted(name: str | None, wanted: list[str]) -> bool:
+    return name is not None and any(name == w or name.startswith(f"{w}.") for w in wanted)
 
 
 def _round(item: pytest.Item) -> str:
@@ -136,10 +136,10 @@ def announce(config: pytest.Config, line: str) -> None:
 
 
 class FailureLines:
-    """Prints why a case failed when it ends: a run that is cut short has shown its reasons.
+    """Prints the reason of a failure when the case ends, so that an aborted run shows it, too.
 
     Args:
-        config: has the terminal.
+        config: holds the terminal.
 
     """
 
@@ -157,7 +157,7 @@ class FailureLines:
 def pytest_terminal_summary(
     terminalreporter: pytest.TerminalReporter, config: pytest.Config
 ) -> None:
-    """Print what came of the cases, chapter by chapter, and why some were skipped or failed."""
+    """Print the outcomes by chapter, and the reason of each skipped or failed case."""
     judgements = _judgements(terminalreporter)
     if not judgements:
         return
@@ -174,7 +174,7 @@ def pytest_terminal_summary(
 
 
 def _judgements(terminalreporter: pytest.TerminalReporter) -> dict[str, Judgement]:
-    """Return what came of the cases; of two rounds a failure counts."""
+    """Return the outcomes of the cases; a failure in either of two rounds counts."""
     judgements: dict[str, Judgement] = {}
     for outcome in ("passed", "skipped", "failed", "error"):
         for report in terminalreporter.stats.get(outcome, ()):
@@ -191,7 +191,7 @@ def _judgements(terminalreporter: pytest.TerminalReporter) -> dict[str, Judgemen
 
 
 def _reason(report: pytest.TestReport) -> str:
-    """Return the one line that says why."""
+    """Return the reason in one line."""
     where = report.longrepr
     if isinstance(where, tuple):
         return str(where[2]).removeprefix("Skipped: ")

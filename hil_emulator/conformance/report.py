@@ -1,4 +1,4 @@
-"""What came of the cases: in lines for a terminal, and on one HTML page."""
+"""The report of the cases: lines for a terminal, and one HTML page."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,11 +13,11 @@ _VERDICTS = {"passed": "passed", "failed": "FAILED", "skipped": "does not apply"
 
 @dataclass(frozen=True)
 class Judgement:
-    """What came of one case.
+    """The outcome of one case.
 
     Attributes:
         outcome: "passed", "failed" or "skipped".
-        reason: why it was not passed, in one line.
+        reason: reason of a failed or skipped case, in one line.
 
     """
 
@@ -26,11 +26,11 @@ class Judgement:
 
 
 Judgements = Mapping[str, Judgement]
-"""By the labels of the cases, such as "2.7"."""
+"""Outcomes by the labels of the cases, such as "2.7"."""
 
 
 def table(judgements: Judgements) -> Iterator[str]:
-    """Yield a table of how many cases of each chapter had which outcome."""
+    """Yield a table with the number of cases by chapter and outcome."""
     yield f"{'chapter':<26}{'cases':>8}" + "".join(f"{o:>9}" for o in OUTCOMES)
     for number, title in CHAPTERS.items():
         labels = [name for name, case in CASES.items() if case.chapter == number]
@@ -41,9 +41,9 @@ def table(judgements: Judgements) -> Iterator[str]:
 def remarks(judgements: Judgements) -> Iterator[str]:
     """Yield a line for each case that was not passed."""
     for name, case in CASES.items():
-        found = judgements.get(name)
-        if found is not None and found.outcome != "passed":
-            yield f"{name:>6} {case.subject}: {case.name}: {found.outcome}: {found.reason}"
+        judgement = judgements.get(name)
+        if judgement is not None and judgement.outcome != "passed":
+            yield f"{name:>6} {case.subject}: {case.name}: {judgement.outcome}: {judgement.reason}"
 
 
 def page(judgements: Judgements, about: Sequence[tuple[str, str]]) -> str:
@@ -51,7 +51,7 @@ def page(judgements: Judgements, about: Sequence[tuple[str, str]]) -> str:
 
     Args:
         judgements: of the cases that were run.
-        about: what is known of the device and of the run: titles and texts.
+        about: device and run: titles and texts.
 
     """
     chapters = [
@@ -71,8 +71,8 @@ def page(judgements: Judgements, about: Sequence[tuple[str, str]]) -> str:
     )  # fmt: skip
 
 
-def _line(name: str, case: Case, found: Judgement) -> tuple[str, str, str, str, str]:
-    return name, case.subject, case.name, _VERDICTS[found.outcome], found.reason
+def _line(name: str, case: Case, judgement: Judgement) -> tuple[str, str, str, str, str]:
+    return name, case.subject, case.name, _VERDICTS[judgement.outcome], judgement.reason
 
 
 def _failed(judgements: Judgements, name: str) -> bool:

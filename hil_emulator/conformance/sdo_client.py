@@ -1,7 +1,7 @@
-"""An SDO client that can also do wrong on purpose (CiA 301 7.2.4).
+"""An SDO client that can also violate the protocol (CiA 301 7.2.4).
 
-Written for the suite from the specification: it shares no line with the device's server, and it
-waits in the suite's own time.
+It is written from the specification and shares no code with the device's server. It waits in the
+time of the suite.
 """
 
 from binascii import crc_hqx
@@ -26,7 +26,7 @@ class SdoClient:
     """A client of one SDO server.
 
     Args:
-        wire: the suite's place on the bus.
+        wire: the suite's connection to the bus.
         request_id: identifier of its requests.
         answer_id: identifier of the answers.
 
@@ -38,7 +38,7 @@ class SdoClient:
         self._answer_id = answer_id
 
     def send(self, data: bytes) -> int:
-        """Send a request; return where in the wire's log its answer will be."""
+        """Send a request; return the position of its answer in the wire's log."""
         since = len(self._wire.log)
         self._wire.send(self._request_id, data.ljust(8, b"\0"))
         return since
@@ -48,13 +48,13 @@ class SdoClient:
 
         Raises:
             Aborted: the answer is an abort.
-            AssertionError: there is none.
+            AssertionError: there is no answer.
 
         """
         return self._answer(self.send(data), data)
 
     def aborts(self, data: bytes) -> int:
-        """Send a request and return the abort code of the answer, 0 if it is none."""
+        """Send a request and return the abort code of the answer, 0 for any other answer."""
         try:
             self.request(data)
         except Aborted as abort:
@@ -81,12 +81,14 @@ class SdoClient:
     def initiate_upload(self, index: int, subindex: int = 0) -> bytes:
         """Return the answer to the first request of an upload."""
         answer = self.request(head(0x40, index, subindex))
-        assert answer[0] & 0xE0 == 0x40, f"answer {answer.hex()} is none to an upload"
-        assert answer[1:4] == head(0, index, subindex)[1:], f"answer {answer.hex()} is to another"
+        assert answer[0] & 0xE0 == 0x40, f"answer {answer.hex()} does not answer an upload"
+        assert answer[1:4] == head(0, index, subindex)[1:], (
+            f"answer {answer.hex()} names another object"
+        )
         return answer
 
     def upload_segments(self) -> bytes:
-        """Return what the segments of an initiated upload contain."""
+        """Return the data of the segments of an initiated upload."""
         data, toggle = b"", 0
         while True:
             answer = self.request(bytes([0x60 | toggle]))
@@ -99,7 +101,7 @@ class SdoClient:
     def block_upload(
         self, index: int, subindex: int = 0, *, checked: bool, block_size: int = BLOCK
     ) -> bytes:
-        """Read an object as a block; raises `Aborted`, or asserts that the checksum is right."""
+        """Read an object as a block and check its checksum; raises `Aborted`."""
         answer = self.initiate_block_upload(index, subindex, block_size, checked=checked)
         data, since = b"", self.send(bytes([0xA3]))
         while True:
@@ -109,7 +111,7 @@ class SdoClient:
             if segments[-1][0] & 0x80:
                 break
         end = self._answer(since, b"end of block")
-        assert end[0] & 0xE3 == 0xC1, f"answer {end.hex()} is no end of a block upload"
+        assert end[0] & 0xE3 == 0xC1, f"answer {end.hex()} does not end a block upload"
         data = data[: len(data) - (end[0] >> 2 & 7)]
         if checked and answer[0] & 0x04:
             assert int.from_bytes(end[1:3], "little") == crc_hqx(data, 0), "wrong checksum"
@@ -124,7 +126,7 @@ class SdoClient:
         """Return the answer to the first request of a block upload."""
         request = head(0xA4 if checked else 0xA0, index, subindex)
         answer = self.request(request + bytes([block_size, 0]))
-        assert answer[0] & 0xE1 == 0xC0, f"answer {answer.hex()} begins no block upload"
+        assert answer[0] & 0xE1 == 0xC0, f"answer {answer.hex()} does not start a block upload"
         return answer
 
     def _block(self, since: int, block_size: int) -> list[bytes]:
@@ -132,13 +134,13 @@ class SdoClient:
         segments: list[bytes] = []
         while len(segments) < block_size and not (segments and segments[-1][0] & 0x80):
             number = len(segments) + 1
-            # A first byte of 0x80 is an abort: no segment has the number 0.
+            # A first byte of 0x80 is an abort, because segments are numbered from 1.
             segment = self._wire.await_frame(
                 self._answer_id,
                 lambda data, number=number: data[0] in (number, number | 0x80, _ABORT),  # type: ignore[misc]
                 since=since,
             )
-            assert segment is not None, f"no segment {number} of a block came"
+            assert segment is not None, f"segment {number} of a block is missing"
             _raise_abort(segment)
             segments.append(segment)
         return segments
@@ -157,11 +159,11 @@ class SdoClient:
             segment = data[at : at + SEGMENT]
             last = at + SEGMENT >= len(data)
             answer = self.request(bytes([toggle | (SEGMENT - len(segment)) << 1 | last]) + segment)
-            assert answer[0] == 0x20 | toggle, f"answer {answer.hex()} is none to a segment"
+            assert answer[0] == 0x20 | toggle, f"answer {answer.hex()} does not answer a segment"
             toggle ^= 0x10
 
     def segmented_download_code(self, index: int, subindex: int, data: bytes) -> int:
-        """Return the abort code of a download in one segment without a size, 0 if it is taken."""
+        """Return the abort code of a download in one segment without a size, 0 if accepted."""
         unused = SEGMENT - len(data)
         try:
             self.request(head(0x20, index, subindex))
@@ -174,7 +176,7 @@ class SdoClient:
         """Write an object as a block; raises `Aborted`."""
         request = head(0xC6 if checked else 0xC2, index, subindex)
         answer = self.request(request + len(data).to_bytes(4, "little"))
-        assert answer[0] & 0xE3 == 0xA0, f"answer {answer.hex()} begins no block download"
+        assert answer[0] & 0xE3 == 0xA0, f"answer {answer.hex()} does not start a block download"
         at, block_size = 0, answer[4]
         while at < len(data):
             segments = [
@@ -186,26 +188,26 @@ class SdoClient:
                 final = 0x80 if last and number == len(segments) else 0
                 since = self.send(bytes([number | final]) + segment)
             answer = self._answer(since, b"block")
-            assert answer[0] == 0xA2, f"answer {answer.hex()} acknowledges no block"
+            assert answer[0] == 0xA2, f"answer {answer.hex()} does not acknowledge a block"
             at += SEGMENT * answer[1]
             block_size = answer[2]
         padding = -len(data) % SEGMENT
         checksum = crc_hqx(data, 0) if checked else 0
         answer = self.request(bytes([0xC1 | padding << 2]) + checksum.to_bytes(2, "little"))
-        assert answer[0] == 0xA1, f"answer {answer.hex()} ends no block download"
+        assert answer[0] == 0xA1, f"answer {answer.hex()} does not end a block download"
 
-    # -- in numbers -----------------------------------------------------------------------
+    # -- numbers --------------------------------------------------------------------------
 
     def read(self, index: int, subindex: int = 0) -> int:
         """Return an object as an unsigned number."""
         return int.from_bytes(self.upload(index, subindex), "little")
 
     def write(self, index: int, subindex: int, value: int, length: int) -> None:
-        """Write an unsigned number of so many bytes."""
+        """Write an unsigned number of `length` bytes."""
         self.download(index, subindex, value.to_bytes(length, "little"))
 
     def read_code(self, index: int, subindex: int = 0) -> int:
-        """Return the code that reading an object is aborted with, 0 if it is not."""
+        """Return the abort code of reading an object, 0 for success."""
         try:
             self.upload(index, subindex)
         except Aborted as abort:
@@ -213,7 +215,7 @@ class SdoClient:
         return 0
 
     def write_code(self, index: int, subindex: int, data: bytes) -> int:
-        """Return the code that writing an object is aborted with, 0 if it is not."""
+        """Return the abort code of writing an object, 0 for success."""
         try:
             self.download(index, subindex, data)
         except Aborted as abort:

@@ -1,4 +1,4 @@
-"""What makes a TPDO be sent: remote frame, event, timer, SYNC; and how often it then comes."""
+"""Triggers of a TPDO (remote frame, event, timer, SYNC), and the expected number of frames."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from hil_emulator.conformance.wire import NS_PER_MS
 SYNC = 0x080
 ON_REQUEST, ACYCLIC, EVERY, EVERY_SECOND = 253, 0, 1, 2
 PAUSE_MS = 10
-"""Between two frames of the suite. Assumed."""
+"""Time between two frames of the suite (assumed)."""
 WATCH_MS = 500
 INHIBIT_MS, EVENT_MS = 50, 20
 OVERFLOW, START_VALUE = 8, 3
@@ -28,15 +28,15 @@ OVERFLOW, START_VALUE = 8, 3
 
 @dataclass(frozen=True)
 class Situation:
-    """One way to have a TPDO sent.
+    """One way to trigger a TPDO.
 
     Attributes:
-        demand: skips the case where device or bus do not offer it.
+        demand: skips the case if device or bus do not support it.
         configure: sets the parameters of a disabled TPDO.
-        provoke: does what makes it be sent in OPERATIONAL; takes the device and its identifier.
-        judge: checks how often it came in OPERATIONAL; takes the number of frames and the time
-            the provoking took in ms.
-        overflow: of the SYNC counter, 0 without one.
+        provoke: triggers the TPDO in OPERATIONAL; takes the device and the TPDO's identifier.
+        judge: checks the number of frames in OPERATIONAL; takes this number and the duration of
+            `provoke` in ms.
+        overflow: of the SYNC counter, 0 without a counter.
 
     """
 
@@ -48,7 +48,7 @@ class Situation:
 
 
 def check_sent(device: Device, situation: Situation) -> None:
-    """Check of each TPDO alone that it is sent in OPERATIONAL as often as it should be."""
+    """Check for each TPDO that it is sent in OPERATIONAL the expected number of times."""
     situation.demand(device)
     for pdo in usable(device, situation.overflow):
         configure(device, situation, pdo)
@@ -66,7 +66,7 @@ def check_sent(device: Device, situation: Situation) -> None:
 
 
 def check_not_sent(device: Device, situation: Situation, state: int) -> None:
-    """Check that no TPDO is sent in a state other than OPERATIONAL, whatever provokes it."""
+    """Check that no TPDO is sent in a state other than OPERATIONAL."""
     situation.demand(device)
     identifiers = []
     for pdo in usable(device, situation.overflow):
@@ -82,7 +82,7 @@ def check_not_sent(device: Device, situation: Situation, state: int) -> None:
 
 
 def configure(device: Device, situation: Situation, pdo: Pdo) -> None:
-    """Set a TPDO up and enable it; the case is skipped where the device refuses the setting."""
+    """Configure and enable a TPDO; skip the case if the device refuses the setting."""
     try:
         situation.configure(pdo)
         pdo.enable(remote=situation is REMOTE)
@@ -93,14 +93,14 @@ def configure(device: Device, situation: Situation, pdo: Pdo) -> None:
 
 
 def check_rate(count: int, elapsed_ms: float, period_ms: float, what: str) -> None:
-    """Check how often something periodic came, with a quarter for slow buses and clocks."""
+    """Check the number of periodic frames, with a tolerance of 25 % for slow buses and clocks."""
     periods = elapsed_ms / period_ms
     likely = 0.75 * periods - 2 <= count <= periods + 2
     assert likely, f"{count} frames in {elapsed_ms:.0f} ms: {what} {period_ms:.0f} ms"
 
 
 def _no_demand(device: Device) -> None:
-    """Every device offers events and timers, if its records have the parameters."""
+    """Require no optional service: events and timers need only their parameters."""
 
 
 def _ask(device: Device, can_id: int) -> None:

@@ -1,7 +1,7 @@
-"""A storm: frames that nobody should send, random but aimed at where the device listens.
+"""Random frames (`--storm`) with identifiers that the device accepts.
 
-None of them can do lasting harm: nothing is stored, no program or node-ID is changed, and other
-nodes on the bus are not spoken to.
+The frames do no lasting harm: they store no parameters, change no program or node-ID, and address
+no other node on the bus.
 """
 
 import random
@@ -18,18 +18,18 @@ _SDO_COMMANDS = (
 )
 """First bytes of downloads, uploads, segments, blocks and aborts (CiA 301 7.2.4.3)."""
 _LSS_REQUESTS = (0x40, 0x41, 0x42, 0x43, *range(0x46, 0x4D), 0x51, *range(0x5A, 0x5F))
-"""All but those that configure; nobody is switched to configuration state (CiA 305)."""
+"""All LSS requests that do not configure or enter configuration state (CiA 305)."""
 _MESSAGES = (0x080, 0x100, 0x180, 0x200, 0x280, 0x300, 0x380, 0x400, 0x480, 0x500)
 """SYNC and EMCY, TIME, PDOs."""
 BURST = 8
-"""Frames between two moments in which the device may answer. Assumed."""
+"""Frames between two pauses in which the device may answer (assumed)."""
 
 
 class Storm:
-    """A source of frames, the same ones each time.
+    """A source of random frames with a fixed seed.
 
     Args:
-        device: the one they are aimed at.
+        device: the device under test.
 
     """
 
@@ -39,7 +39,7 @@ class Storm:
         self._objects = [key for key in device.eds.variables if key[0] not in LASTING]
 
     def rage(self, count: int) -> None:
-        """Send so many frames, then have the device as after power-on."""
+        """Send `count` frames, then bring the device to its state after power-on."""
         wire = self._device.wire
         aims: list[Callable[[], Frame]] = [self._sdo, self._message, self._lss, self._nmt]
         for n in range(count):
@@ -55,23 +55,23 @@ class Storm:
         self._device.restore_defaults()
 
     def _sdo(self) -> Frame:
-        """Return a request to the SDO server, one of any kind."""
+        """Return a request of any kind to the SDO server."""
         index, subindex = self._random.choice(self._objects)
         command = self._random.choice(_SDO_COMMANDS)
         head = bytes([command]) + index.to_bytes(2, "little") + bytes([subindex])
         return Frame(0x600 + self._device.node_id, head + self._random.randbytes(4))
 
     def _message(self) -> Frame:
-        """Return a message of the predefined connection set, of the node's or of nobody's."""
+        """Return a message of the predefined connection set, of the node or of the network."""
         can_id = self._random.choice(_MESSAGES) + self._random.choice((0, self._device.node_id))
         return Frame(can_id, self._data(), self._random.random() < 0.2, self._random.random() < 0.1)
 
     def _lss(self) -> Frame:
-        """Return a request of an LSS master that looks for somebody."""
+        """Return a request of an LSS master that searches for slaves."""
         return Frame(0x7E5, bytes([self._random.choice(_LSS_REQUESTS)]) + self._random.randbytes(7))
 
     def _nmt(self) -> Frame:
-        """Return an NMT command to the node, or something that is none."""
+        """Return an NMT command to the node, or an invalid command."""
         command = self._random.choice((*COMMANDS.values(), RESET_NODE, RESET_COMMUNICATION, 3))
         data = bytes([command, self._device.node_id]) + bytes(self._random.choice((0, 0, 1)))
         return Frame(0x000, data)

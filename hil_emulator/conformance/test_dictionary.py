@@ -22,7 +22,7 @@ ERROR_HISTORY = 0x1003
 
 
 def check_access(device: Device) -> None:
-    """Check that readable objects can be read, and writable ones written with what was read."""
+    """Check that readable objects can be read, and writable objects written with their value."""
     for (index, subindex), variable in device.eds.variables.items():
         if not variable.readable or device.eds.flags(variable) & REFUSE_READ:
             continue
@@ -35,7 +35,7 @@ def check_access(device: Device) -> None:
 
 
 def check_write_back(device: Device, variable: Entry) -> None:
-    """Check that an object takes the value it has."""
+    """Check that an object accepts its present value."""
     if device.eds.flags(variable) & (REFUSE_READ | REFUSE_WRITE):
         return
     value = device.sdo.upload(variable.index, variable.subindex)
@@ -44,7 +44,7 @@ def check_write_back(device: Device, variable: Entry) -> None:
 
 
 def check_defaults(device: Device) -> None:
-    """Check that parameters have the EDS's defaults; process data have values of their own."""
+    """Check that parameters have the defaults of the EDS; process data are not checked."""
     for variable in device.eds.find({"const", "ro", "rw"}, mappable=False):
         expected = device.eds.default(variable)
         skipped = device.eds.flags(variable) & REFUSE_READ or variable.index == ERROR_HISTORY
@@ -54,7 +54,7 @@ def check_defaults(device: Device) -> None:
 
 
 @case("4.1")
-def test_access_is_as_the_eds_says(device: Device) -> None:
+def test_access_follows_the_eds(device: Device) -> None:
     """In PRE-OPERATIONAL every object can be read or written as its access type allows."""
     check_access(device)
 
@@ -85,7 +85,7 @@ def test_write_only_objects_refuse_reads(device: Device) -> None:
 
 @case("4.5")
 def test_structure_is_that_of_the_eds(device: Device) -> None:
-    """Sub-index 255 tells data type and object type, or is absent as in the EDS."""
+    """Sub-index 255 shows data type and object type, or is absent as in the EDS."""
     for index in device.eds.indices():
         variable = device.eds.variables.get((index, STRUCTURE))
         if variable is None:
@@ -99,7 +99,7 @@ def test_structure_is_that_of_the_eds(device: Device) -> None:
 
 @case("4.6")
 def test_limits_are_those_of_the_eds(device: Device) -> None:
-    """One beyond either limit is refused, and the value the object has is not."""
+    """A value beyond either limit is refused, and the object's present value is accepted."""
     device.stop_sync()
     for above in (True, False):
         for variable, value in beyond(device.eds, above=above):
@@ -118,14 +118,14 @@ def test_access_is_the_same_in_operational(device: Device) -> None:
 
 @case("4.8")
 def test_defaults_are_untouched_by_operational(device: Device) -> None:
-    """Started, the device has the defaults it had before."""
+    """After the start the device still has its defaults."""
     device.enter(OPERATIONAL)
     check_defaults(device)
 
 
 @case("4.9")
 def test_parameters_are_given_back_in_operational(device: Device) -> None:
-    """In OPERATIONAL a parameter still has the value that was written to it."""
+    """In OPERATIONAL a parameter keeps the value written to it."""
     device.stop_sync()
     device.enter(OPERATIONAL)
     for variable in device.eds.find({"rw"}, mappable=False):

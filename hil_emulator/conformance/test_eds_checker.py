@@ -16,7 +16,7 @@ LISTS = {
 
 @case("1.0")
 def test_the_eds_is_sound(device: Device) -> None:
-    """Lists and sections agree, defaults are in range, and counts are what they count."""
+    """Lists and sections agree, defaults are in range, and counts are correct."""
     listed = [index for name in LISTS for index in _listed(device.eds, name)]
     names = [section.name for section in device.eds.sheet]
     described = [int(name, 16) for name in names if re.fullmatch(r"[0-9A-Fa-f]{4}", name)]
@@ -29,7 +29,7 @@ def test_the_eds_is_sound(device: Device) -> None:
 
 
 def _listed(eds: Expectation, name: str) -> list[int]:
-    """Return the objects of a list, which has as many as it says."""
+    """Return the objects of a list, and check the number that the list states."""
     keys = eds.sheet.get(name).keys
     indices = [int(text, 0) for key, text in keys.items() if key.isdecimal()]
     count = int(eds.sheet.get(name).get("SupportedObjects") or "0", 0)

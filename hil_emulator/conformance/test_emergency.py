@@ -29,15 +29,15 @@ NO_DATA = 0x0800_0024
 NO_COUNT = {0x0609_0030, 0x0609_0031, 0x0800_0000}
 NO_EMERGENCY = 1 << 31
 OTHER_ID = 0x6B1
-"""Not restricted, and of no predefined connection (7.3.5)."""
+"""Identifier that is not restricted and not in the predefined connection set (7.3.5)."""
 WATCH_MS, INHIBIT_MS = 300, 400
 RETURNING = LostNode | OverdueRpdo | LostMaster
-"""Errors whose cause is that something has not come, which then comes."""
+"""Errors caused by a missing message, which end with the next message."""
 
 
 @case("5.1")
 def test_emergency_identifier(device: Device) -> None:
-    """0x1014 is that of the predefined connection set, as in the EDS."""
+    """0x1014 has the identifier of the predefined connection set, as in the EDS."""
     need_object(device, EMCY_COB_ID)
     value = device.sdo.upload(EMCY_COB_ID)
     assert value == device.eds.default(device.eds.variables[EMCY_COB_ID, 0])
@@ -54,7 +54,7 @@ def test_error_register_is_consistent(device: Device) -> None:
 
 @case("5.3")
 def test_history_is_empty_after_a_reset(device: Device) -> None:
-    """As many errors as 0x1003:00 counts can be read; where it is 0, the first has no data."""
+    """0x1003:00 is the number of readable errors; if it is 0, 0x1003:01 has no data."""
     need_object(device, ERROR_HISTORY)
     count = device.sdo.read(ERROR_HISTORY)
     code = device.sdo.read_code(ERROR_HISTORY, 1)
@@ -65,13 +65,13 @@ def test_history_is_empty_after_a_reset(device: Device) -> None:
 
 @case("5.4")
 def test_error_is_reported(device: Device) -> None:
-    """An error caused from the bus is told in an emergency of eight bytes."""
+    """An error caused from the bus is reported in an emergency of eight bytes."""
     assert len(provoke(device)) == 8
 
 
 @case("5.5")
 def test_error_is_shown_in_the_register(device: Device) -> None:
-    """The emergency carries the error register, the same that can be read."""
+    """The emergency carries the same error register as an SDO read."""
     emergency = provoke(device)
     register = device.sdo.read(ERROR_REGISTER)
     assert register & GENERIC
@@ -89,7 +89,7 @@ def test_error_is_remembered(device: Device) -> None:
 
 @case("5.301")
 def test_no_emergency_in_stopped(device: Device) -> None:
-    """An error that happens in STOPPED is not told there."""
+    """An error in STOPPED sends no emergency in STOPPED."""
     way = next((way for way in ways(device) if isinstance(way, LostNode | LostMaster)), None)
     if way is None:
         pytest.skip("no error can be caused in STOPPED")
@@ -102,7 +102,7 @@ def test_no_emergency_in_stopped(device: Device) -> None:
 
 @case("5.302")
 def test_error_reset_is_sent(device: Device) -> None:
-    """When the error is gone, 0000 is sent and the error register is as it was before."""
+    """When the error ends, 0000 is sent and the error register has its previous value."""
     register = device.sdo.read(ERROR_REGISTER)
     way = ways(device)[0]
     bring_about(way)
@@ -114,8 +114,8 @@ def test_error_reset_is_sent(device: Device) -> None:
 
 
 @case("5.303")
-def test_error_is_told_once(device: Device) -> None:
-    """What is wrong again and again is one error and one emergency."""
+def test_error_is_reported_once(device: Device) -> None:
+    """A repeated cause is one error and one emergency."""
     way = next((way for way in ways(device) if way.repeatable), None)
     if way is None:
         pytest.skip("no error can be caused twice")
@@ -136,7 +136,7 @@ def test_newest_error_comes_first(device: Device) -> None:
     first = next((way for way in offered if way.repeatable), None)
     second = next((way for way in offered if not way.repeatable), None)
     if first is None or second is None:
-        pytest.skip("the device offers but one kind of error")
+        pytest.skip("the device offers only one kind of error")
     # the first needs OPERATIONAL, which an error may end
     reported = [bring_about(way)[:2] for way in (first, second)]
     assert device.sdo.read(ERROR_HISTORY) >= len(reported)
@@ -146,7 +146,7 @@ def test_newest_error_comes_first(device: Device) -> None:
 
 @case("5.305")
 def test_history_is_emptied(device: Device) -> None:
-    """0x1003:00 refuses all but 0, which empties the history."""
+    """0x1003:00 refuses all values but 0, which clears the history."""
     need_writable(device, ERROR_HISTORY)
     provoke(device)
     assert device.sdo.write_code(ERROR_HISTORY, 0, b"\x01") in NO_COUNT
@@ -158,7 +158,7 @@ def test_history_is_emptied(device: Device) -> None:
 
 @case("5.306")
 def test_emergency_has_its_identifier(device: Device) -> None:
-    """Emergencies come with the identifier of 0x1014, and not at all with its bit 31 set."""
+    """Emergencies have the identifier of 0x1014, and are not sent with its bit 31 set."""
     need_writable(device, EMCY_COB_ID)
     way = ways(device)[0]
     disabled = NO_EMERGENCY | device.sdo.read(EMCY_COB_ID)
@@ -166,8 +166,10 @@ def test_emergency_has_its_identifier(device: Device) -> None:
     device.sdo.write(EMCY_COB_ID, 0, OTHER_ID, 4)
     since = len(device.wire.log)
     way.cause()
-    assert device.wire.await_frame(OTHER_ID, since=since) is not None, "no emergency where it is"
-    assert device.emergencies(since) == [], "an emergency where it was"
+    assert device.wire.await_frame(OTHER_ID, since=since) is not None, (
+        "no emergency with the new identifier"
+    )
+    assert device.emergencies(since) == [], "an emergency with the old identifier"
     device.reset()
     device.sdo.write(EMCY_COB_ID, 0, NO_EMERGENCY | device.emergency_id, 4)
     since = len(device.wire.log)
@@ -179,7 +181,7 @@ def test_emergency_has_its_identifier(device: Device) -> None:
 
 @case("5.307")
 def test_emergencies_keep_their_distance(device: Device) -> None:
-    """A second emergency waits until the inhibit time 0x1015 is over, and not much longer."""
+    """A second emergency waits for the end of the inhibit time 0x1015, and not much longer."""
     need_writable(device, INHIBIT_TIME)
     device.sdo.write(INHIBIT_TIME, 0, 10 * INHIBIT_MS, 2)
     way = ways(device)[0]
@@ -194,10 +196,10 @@ def test_emergencies_keep_their_distance(device: Device) -> None:
 
 @case("5.308")
 def test_each_error_is_cleared(device: Device) -> None:
-    """When heartbeats, an overdue RPDO or guarding requests are back, 0000 comes."""
+    """When heartbeats, an overdue RPDO or guarding requests return, 0000 is sent."""
     kinds = [type(way) for way in ways(device) if isinstance(way, RETURNING)]
     if not kinds:
-        pytest.skip("the device offers no error whose cause goes by itself")
+        pytest.skip("the device offers no error whose cause ends without a command")
     for kind in kinds:
         device.reset()
         way = kind(device)
@@ -212,14 +214,14 @@ def test_each_error_is_cleared(device: Device) -> None:
 
 
 @case("5.309")
-def test_history_begins_anew(device: Device) -> None:
-    """After 0 to 0x1003:00 the next error is the only one of the history."""
+def test_history_restarts(device: Device) -> None:
+    """After 0 is written to 0x1003:00 the next error is the only one in the history."""
     need_writable(device, ERROR_HISTORY)
     need_object(device, ERROR_HISTORY, 2)
     offered = ways(device)
     first, second = offered[0], offered[-1]
     if first is second:
-        pytest.skip("the device offers but one kind of error")
+        pytest.skip("the device offers only one kind of error")
     bring_about(second)
     device.sdo.write(ERROR_HISTORY, 0, 0, 1)
     emergency = bring_about(first)
@@ -237,7 +239,7 @@ def test_communication_errors_have_their_bit(device: Device) -> None:
 
 @case("5.311")
 def test_reset_forgets_errors(device: Device) -> None:
-    """After either reset error register and history are as after switching on."""
+    """After either reset error register and history are the same as after power-on."""
     register = device.sdo.read(ERROR_REGISTER)
     history = device.eds.variables.get((ERROR_HISTORY, 0))
     count = None if history is None else device.eds.default(history)

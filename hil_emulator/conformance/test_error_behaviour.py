@@ -1,4 +1,4 @@
-"""Chapter 7, own cases: error control in time and with consequences (CiA 301 7.2.8.3.2)."""
+"""Chapter 7, additional cases: times of error control and error behaviour (7.2.8.3.2)."""
 
 import pytest
 
@@ -27,12 +27,12 @@ BEHAVIOURS = {0: PRE_OPERATIONAL, 1: OPERATIONAL, 2: STOPPED}
 CONSUMER_MS = 300
 SHORT_MS = 100
 MOST_ENTRIES = 4
-"""Entries of 0x1016 that are tried; a device may have 127. Assumed."""
+"""Largest number of entries of 0x1016 that a case tries, of up to 127 (assumed)."""
 
 
 @case("7.301")
 def test_heartbeats_begin_with_boot_up(storing: Device) -> None:
-    """With a heartbeat time saved, heartbeats come after the next boot-up, unasked."""
+    """With a stored heartbeat time, heartbeats are sent after the next boot-up by default."""
     need_writable(storing, HEARTBEAT_PRODUCER)
     need_writable(storing, STORE_PARAMETERS, 1)
     storing.sdo.write(HEARTBEAT_PRODUCER, 0, PERIOD_MS, 2)
@@ -43,7 +43,7 @@ def test_heartbeats_begin_with_boot_up(storing: Device) -> None:
 
 @case("7.302")
 def test_lost_heartbeat_is_reported_in_time(device: Device) -> None:
-    """The emergency 8130 comes when the consumer time is over: no sooner, and soon."""
+    """The emergency 8130 is sent soon after the consumer time, not before."""
     need_emergency(device)
     need_writable(device, HEARTBEAT_CONSUMER, 1)
     watch_other_node(device, CONSUMER_MS)
@@ -56,7 +56,7 @@ def test_lost_heartbeat_is_reported_in_time(device: Device) -> None:
 
 @case("7.303")
 def test_unheard_node_is_not_watched(device: Device) -> None:
-    """Watching begins with the first heartbeat, not with the write of 0x1016."""
+    """Monitoring starts with the first heartbeat, not with the write of 0x1016."""
     need_writable(device, HEARTBEAT_CONSUMER, 1)
     since = len(device.wire.log)
     watch_other_node(device, CONSUMER_MS)
@@ -66,7 +66,7 @@ def test_unheard_node_is_not_watched(device: Device) -> None:
 
 @case("7.304")
 def test_error_behaviour_is_obeyed(device: Device) -> None:
-    """A lost heartbeat ends OPERATIONAL as 0x1029:01 says, or in PRE-OPERATIONAL without it."""
+    """A lost heartbeat leads to the state of 0x1029:01, or to PRE-OPERATIONAL without it."""
     need_writable(device, HEARTBEAT_CONSUMER, 1)
     if not device.watch_state():
         pytest.skip("the device shows its state by no heartbeat")
@@ -85,7 +85,7 @@ def test_error_behaviour_is_obeyed(device: Device) -> None:
 
 @case("7.305")
 def test_guarding_shows_each_state(device: Device) -> None:
-    """A guarding answer has the number of the state."""
+    """A guarding answer carries the number of the state."""
     need_guarding(device)
     if device.eds.writable(HEARTBEAT_PRODUCER):
         device.sdo.write(HEARTBEAT_PRODUCER, 0, 0, 2)
@@ -98,7 +98,7 @@ def test_guarding_shows_each_state(device: Device) -> None:
 
 @case("7.306")
 def test_life_time_is_waited_for(device: Device) -> None:
-    """No emergency comes before guard time times life time factor, one does after it."""
+    """The emergency is sent after guard time times life time factor, not before."""
     need_emergency(device)
     need_guarding(device)
     if device.eds.writable(HEARTBEAT_PRODUCER):
@@ -114,7 +114,7 @@ def test_life_time_is_waited_for(device: Device) -> None:
 
 @case("7.307")
 def test_each_entry_names_a_node(device: Device) -> None:
-    """A node that falls silent is reported from whatever entry of 0x1016 it is watched."""
+    """A node that stops sending is reported, whichever entry of 0x1016 monitors it."""
     need_writable(device, HEARTBEAT_CONSUMER, 1)
     need_emergency(device)
     entries = [n for i, n in device.eds.variables if i == HEARTBEAT_CONSUMER and n]
@@ -124,12 +124,12 @@ def test_each_entry_names_a_node(device: Device) -> None:
         since = len(device.wire.log)
         beat(device)
         reported = device.await_emergency(LIFE_GUARD_OR_HEARTBEAT, since)
-        assert reported is not None, f"entry {subindex} is not watched"
+        assert reported is not None, f"entry {subindex} is not monitored"
 
 
 @case("7.308")
 def test_node_that_is_back_is_watched(device: Device) -> None:
-    """A node that was lost, came back and is lost again is reported twice."""
+    """A node that is lost, returns and is lost again is reported twice."""
     need_writable(device, HEARTBEAT_CONSUMER, 1)
     need_emergency(device)
     watch_other_node(device, SHORT_MS)
@@ -142,7 +142,7 @@ def test_node_that_is_back_is_watched(device: Device) -> None:
 
 @case("7.309")
 def test_watching_ends_with_zero(device: Device) -> None:
-    """After 0 was written to 0x1016:01, a node may fall silent."""
+    """After 0 is written to 0x1016:01, a node that stops sending is not reported."""
     need_writable(device, HEARTBEAT_CONSUMER, 1)
     watch_other_node(device, CONSUMER_MS)
     since = len(device.wire.log)
@@ -154,7 +154,7 @@ def test_watching_ends_with_zero(device: Device) -> None:
 
 @case("7.310")
 def test_life_guarding_obeys_the_error_behaviour(device: Device) -> None:
-    """A lost master ends OPERATIONAL as 0x1029:01 says, or in PRE-OPERATIONAL without it."""
+    """A lost master leads to the state of 0x1029:01, or to PRE-OPERATIONAL without it."""
     need_guarding(device)
     if device.eds.writable(HEARTBEAT_PRODUCER):
         device.sdo.write(HEARTBEAT_PRODUCER, 0, 0, 2)
@@ -173,7 +173,7 @@ def test_life_guarding_obeys_the_error_behaviour(device: Device) -> None:
 
 @case("7.311")
 def test_toggle_bit_ignores_states(device: Device) -> None:
-    """A change of state does not begin the toggle bit anew."""
+    """A change of state does not reset the toggle bit."""
     need_guarding(device)
     if device.eds.writable(HEARTBEAT_PRODUCER):
         device.sdo.write(HEARTBEAT_PRODUCER, 0, 0, 2)

@@ -23,7 +23,7 @@ TOGGLE = 0x80
 
 @pytest.fixture
 def guarded(device: Device) -> Device:
-    """Return the device with its heartbeat off, just booted, ready to be guarded."""
+    """Return the device just booted, with its heartbeat off and guarding on."""
     need_guarding(device)
     if device.eds.writable(HEARTBEAT_PRODUCER):
         device.sdo.write(HEARTBEAT_PRODUCER, 0, 0, 2)
@@ -49,7 +49,7 @@ def test_guarding_is_answered(guarded: Device) -> None:
 
 @case("7.3")
 def test_toggle_bit(guarded: Device) -> None:
-    """The first answer after boot-up has toggle 0, each further one the other value."""
+    """The first answer after boot-up has toggle 0, and each answer toggles the bit."""
     answers = [guarded.guard() for _ in range(5)]
     assert [answer and answer[0] & TOGGLE for answer in answers] == [0, TOGGLE, 0, TOGGLE, 0]
     guarded.reset()
@@ -62,7 +62,7 @@ def test_toggle_bit(guarded: Device) -> None:
 
 @case("7.4")
 def test_other_nodes_guarding_is_not_answered(guarded: Device) -> None:
-    """Of the requests to all 127 nodes the device answers one; others may be on the bus."""
+    """The device answers only the request to its node-ID, of requests to all 127 nodes."""
     since = len(guarded.wire.log)
     for node_id in range(1, 128):
         guarded.wire.send(0x700 + node_id, remote=True)
@@ -73,7 +73,7 @@ def test_other_nodes_guarding_is_not_answered(guarded: Device) -> None:
 
 @case("7.5")
 def test_guarding_parameters_are_taken(device: Device) -> None:
-    """0x100C and 0x100D read back what was written."""
+    """0x100C and 0x100D return the values written."""
     need_writable(device, GUARD_TIME)
     need_writable(device, LIFE_TIME_FACTOR)
     device.sdo.write(GUARD_TIME, 0, 500, 2)
@@ -92,5 +92,5 @@ def test_lost_master_is_reported(guarded: Device) -> None:
     for _ in range(5):
         assert guarded.guard() is not None
         guarded.wire.run(20)
-    assert guarded.emergencies(since) == [], "an emergency while the master is there"
+    assert guarded.emergencies(since) == [], "an emergency while the master sends requests"
     assert guarded.await_emergency(LIFE_GUARD_OR_HEARTBEAT, since) is not None

@@ -1,4 +1,4 @@
-"""Chapter 7, second part: heartbeat, alone and beside guarding (CiA 301 7.2.8.3.2.2)."""
+"""Chapter 7, second part: heartbeat, alone and with guarding (CiA 301 7.2.8.3.2.2)."""
 
 from hil_emulator.conformance.cases import case
 from hil_emulator.conformance.demands import (
@@ -38,21 +38,21 @@ def produce(device: Device, period_ms: int) -> None:
 
 
 def set_guarding(device: Device, guard_ms: int, factor: int) -> None:
-    """Set guard time and life time factor, where they exist."""
+    """Set guard time and life time factor, if they exist."""
     if device.eds.writable(GUARD_TIME) and device.eds.writable(LIFE_TIME_FACTOR):
         device.sdo.write(GUARD_TIME, 0, guard_ms, 2)
         device.sdo.write(LIFE_TIME_FACTOR, 0, factor, 1)
 
 
 def check_beats(device: Device) -> None:
-    """Check that heartbeats come, show the state, and are not more than the period allows."""
+    """Check that heartbeats are sent at their period and show the state."""
     beats, elapsed_ms = device.wire.watch(device.error_control_id, 3, WATCH_MS)
     check_rate(len(beats), elapsed_ms, PERIOD_MS, "heartbeat time")
     assert set(beats) == {bytes([PRE_OPERATIONAL])}
 
 
 def check_silent(device: Device, *, requests: int = 0) -> None:
-    """Check that no heartbeat comes and that no guarding request is answered."""
+    """Check that no heartbeat is sent and no guarding request is answered."""
     device.wire.run(SETTLE_MS)  # a new heartbeat time may begin with a heartbeat
     since = len(device.wire.log)
     for _ in range(requests):
@@ -64,21 +64,21 @@ def check_silent(device: Device, *, requests: int = 0) -> None:
 
 @case("7.101")
 def test_heartbeat_time_is_taken(device: Device) -> None:
-    """0x1017 reads back what was written."""
+    """0x1017 returns the value written."""
     produce(device, 1234)
     assert device.sdo.read(HEARTBEAT_PRODUCER) == 1234
 
 
 @case("7.102")
 def test_heartbeats_are_counted(device: Device) -> None:
-    """Heartbeats come at their period."""
+    """Heartbeats are sent at their period."""
     produce(device, PERIOD_MS)
     check_beats(device)
 
 
 @case("7.103")
 def test_heartbeat_is_switched_off(device: Device) -> None:
-    """After 0x1017 was set to 0 there are no heartbeats."""
+    """After 0x1017 is set to 0 there are no heartbeats."""
     produce(device, PERIOD_MS)
     check_beats(device)
     produce(device, 0)
@@ -87,7 +87,7 @@ def test_heartbeat_is_switched_off(device: Device) -> None:
 
 @case("7.104")
 def test_one_node_is_not_watched_twice(device: Device) -> None:
-    """The same node in two entries of 0x1016 is refused; the same value in one entry is not."""
+    """A node in a second entry of 0x1016 is refused; rewriting its entry is accepted."""
     need_writable(device, HEARTBEAT_CONSUMER, 1)
     need_writable(device, HEARTBEAT_CONSUMER, 2)
     watch_other_node(device, 500)
@@ -98,7 +98,7 @@ def test_one_node_is_not_watched_twice(device: Device) -> None:
 
 @case("7.105")
 def test_heartbeats_in_time_are_no_error(device: Device) -> None:
-    """Of a node that sends ten times as often as it must, nothing is reported."""
+    """A node that sends heartbeats at a tenth of the consumer time is not reported."""
     need_writable(device, HEARTBEAT_CONSUMER, 1)
     watch_other_node(device, 1000)
     since = len(device.wire.log)
@@ -110,7 +110,7 @@ def test_heartbeats_in_time_are_no_error(device: Device) -> None:
 
 @case("7.106")
 def test_late_heartbeats_are_reported(device: Device) -> None:
-    """A node whose next heartbeat does not come in time is reported by an emergency 8130."""
+    """A node whose next heartbeat is late is reported by an emergency 8130."""
     need_emergency(device)
     need_writable(device, HEARTBEAT_CONSUMER, 1)
     watch_other_node(device, 100)
@@ -121,7 +121,7 @@ def test_late_heartbeats_are_reported(device: Device) -> None:
 
 @case("7.107")
 def test_reset_ends_watching(device: Device) -> None:
-    """After a reset of the device, 0x1016 is at its default and the lost node no error."""
+    """After a reset of the device, 0x1016 has its default and a lost node is not an error."""
     need_writable(device, HEARTBEAT_CONSUMER, 1)
     before = device.sdo.upload(HEARTBEAT_CONSUMER, 1)
     watch_other_node(device, 1000)
@@ -135,7 +135,7 @@ def test_reset_ends_watching(device: Device) -> None:
 
 @case("7.201")
 def test_heartbeat_and_guarding_objects(device: Device) -> None:
-    """Of 0x100C, 0x100D, 0x1016 and 0x1017 those exist that the EDS has, one service at least."""
+    """0x100C, 0x100D, 0x1016 and 0x1017 exist as in the EDS, with at least one service."""
     for index in (GUARD_TIME, LIFE_TIME_FACTOR, HEARTBEAT_CONSUMER, HEARTBEAT_PRODUCER):
         code = device.sdo.read_code(index)
         assert code == 0 if index in device.eds else code in NO_SUCH_OBJECT, f"{index:04X}"
@@ -144,7 +144,7 @@ def test_heartbeat_and_guarding_objects(device: Device) -> None:
 
 @case("7.202")
 def test_no_heartbeat_when_off(device: Device) -> None:
-    """With the heartbeat off, nothing is sent unasked."""
+    """With the heartbeat off, no error control message is sent without a request."""
     set_guarding(device, 0, 0)
     produce(device, 0)
     check_silent(device)
@@ -162,7 +162,7 @@ def test_guarding_works_without_heartbeat(device: Device) -> None:
 
 @case("7.204")
 def test_heartbeat_without_guarding(device: Device) -> None:
-    """With guarding off, heartbeats come at their period."""
+    """With guarding off, heartbeats are sent at their period."""
     set_guarding(device, 0, 0)
     produce(device, PERIOD_MS)
     check_beats(device)
@@ -179,7 +179,7 @@ def test_heartbeat_answers_no_requests(device: Device) -> None:
 
 @case("7.206")
 def test_heartbeat_beats_guarding(device: Device) -> None:
-    """With both configured there are heartbeats."""
+    """With both services configured, heartbeats are sent."""
     produce(device, PERIOD_MS)
     set_guarding(device, 500, 3)
     check_beats(device)
@@ -187,7 +187,7 @@ def test_heartbeat_beats_guarding(device: Device) -> None:
 
 @case("7.207")
 def test_heartbeat_beats_guarding_requests(device: Device) -> None:
-    """With both configured, remote frames are not answered."""
+    """With both services configured, remote frames are not answered."""
     need_remote_frames(device)
     produce(device, MINUTE_MS)
     set_guarding(device, 500, 3)

@@ -1,6 +1,6 @@
 """Chapter 11: LSS slave (CiA 305).
 
-The master selects the device by its identity, so that other slaves on the bus are left alone.
+The master selects the device by its identity, so that other slaves on the bus are not affected.
 """
 
 from collections.abc import Iterator, Sequence
@@ -20,7 +20,7 @@ NO_BIT_CHECK = 0x80
 IDENTITY, PARTS = 0x1018, (1, 2, 3, 4)
 NO_NODE_IDS = (0, 128, 254)
 NO_TABLE = 0x7F
-"""A table of bit timings that nobody has."""
+"""Number of a bit timing table that does not exist."""
 PAUSE_MS, PATIENCE_MS = 2, 300
 
 
@@ -33,29 +33,29 @@ class Master:
         self.identity = [device.sdo.read(IDENTITY, part) for part in PARTS]
 
     def ask(self, service: int, data: bytes = b"") -> bytes | None:
-        """Send a request; return the answer, None if there is none."""
+        """Send a request; return the answer, or None without an answer."""
         since = len(self._wire.log)
         self._wire.send(REQUEST_ID, bytes([service]) + data.ljust(7, b"\0"))
         return self._wire.await_frame(ANSWER_ID, since=since, patience_ms=PATIENCE_MS)
 
     def ask_number(self, service: int, number: int) -> bytes | None:
-        """Send a request about a number of 32 bits."""
+        """Send a request with a number of 32 bits."""
         return self.ask(service, number.to_bytes(4, "little"))
 
     def wait(self) -> None:
-        """Have all slaves in waiting state."""
+        """Switch all slaves to waiting state."""
         self.ask(SWITCH_GLOBAL, b"\0")
 
     def select(self, identity: list[int]) -> bytes | None:
-        """Have the slave of an identity in configuration state; return its answer."""
+        """Switch the slave of an identity to configuration state; return its answer."""
         return self._ask_parts(SWITCH_VENDOR, identity)
 
     def identify(self, *limits: int) -> bytes | None:
-        """Ask for slaves of a vendor and product with revision and serial number in limits."""
+        """Identify slaves of a vendor and product with revision and serial number in limits."""
         return self._ask_parts(IDENTIFY_VENDOR, limits)
 
     def _ask_parts(self, service: int, parts: Sequence[int]) -> bytes | None:
-        """Send one request for each part; return the first answer to any."""
+        """Send one request for each part; return the first answer."""
         since = len(self._wire.log)
         for n, part in enumerate(parts):
             self._wire.send(
@@ -65,7 +65,7 @@ class Master:
         return self._wire.await_frame(ANSWER_ID, since=since, patience_ms=PATIENCE_MS)
 
     def configured(self) -> None:
-        """Select the slave, which must answer."""
+        """Select the slave and check that it answers."""
         self.wait()
         answer = self.select(self.identity)
         assert answer is not None, "not selected by its identity"
@@ -80,7 +80,7 @@ class Master:
 def master(device: Device) -> Iterator[Master]:
     """Yield a master; afterwards no slave is in configuration state."""
     if not device.eds.count("LSS_Supported"):
-        pytest.skip("the EDS says that there is no LSS")
+        pytest.skip("the EDS excludes LSS")
     if any((IDENTITY, part) not in device.eds for part in PARTS):
         pytest.skip("the identity is not complete")
     made = Master(device)
@@ -91,7 +91,7 @@ def master(device: Device) -> Iterator[Master]:
 
 @case("11.1")
 def test_inquiries_are_answered(master: Master) -> None:
-    """In configuration state the slave tells its identity and its node-ID."""
+    """In configuration state the slave answers with its identity and its node-ID."""
     master.configured()
     for n, part in enumerate(master.identity):
         answer = master.ask(INQUIRE_VENDOR + n)
@@ -104,7 +104,7 @@ def test_inquiries_are_answered(master: Master) -> None:
 
 @case("11.2")
 def test_waiting_slave_is_silent(master: Master) -> None:
-    """In waiting state neither inquiries nor a node-ID are answered, nor is it taken."""
+    """In waiting state inquiries are not answered, and a node-ID is not accepted."""
     master.configured()
     master.wait()
     assert master.ask(INQUIRE_NODE_ID) is None
@@ -114,9 +114,9 @@ def test_waiting_slave_is_silent(master: Master) -> None:
 
 @case("11.3")
 def test_whole_identity_selects(master: Master) -> None:
-    """With another number in any part the slave is not selected, nor by its last part alone.
+    """The slave is not selected with a wrong number in any part, nor by its last part alone.
 
-    A selection that was broken off does not disturb the next one.
+    An incomplete selection does not disturb the next selection.
     """
     for part in reversed(range(len(PARTS))):
         assert master.select(master.other(part)) is None, f"selected by another part {part + 1}"
@@ -131,9 +131,9 @@ def test_whole_identity_selects(master: Master) -> None:
 
 @case("11.4")
 def test_ranges_identify(master: Master) -> None:
-    """The slave answers where revision and serial number are in range, and nowhere else.
+    """The slave answers only if revision and serial number are in range.
 
-    The service is optional (CiA 305): a slave that answers no such request does not offer it.
+    The service is optional (CiA 305): a slave without it answers no such request.
     """
     vendor, product, revision, serial = master.identity
     answer = master.identify(vendor, product, revision, revision, serial, serial)
@@ -161,7 +161,7 @@ def test_wrong_node_ids_are_refused(master: Master) -> None:
 
 @case("11.6")
 def test_node_id_counts_after_reset_communication(master: Master) -> None:
-    """A new node-ID is used from reset communication on; then the old one is given back."""
+    """A new node-ID is used from reset communication on; the case then restores the old one."""
     device = master.device
     new = device.node_id % 127 + 1
     try:
@@ -190,7 +190,7 @@ def test_node_id_counts_after_reset_communication(master: Master) -> None:
 
 @case("11.7")
 def test_wrong_bit_timing_is_refused(master: Master) -> None:
-    """A bit timing of a table that does not exist is answered with an error, if at all."""
+    """A bit timing of a table that does not exist is answered with an error or not at all."""
     master.configured()
     answer = master.ask(CONFIGURE_BIT_TIMING, bytes([NO_TABLE, 0]))
     if answer is None:
@@ -216,7 +216,7 @@ def test_reset_ends_configuration_state(master: Master) -> None:
 
 @case("11.10")
 def test_refused_node_id_is_not_used(master: Master) -> None:
-    """A node-ID that was refused does not count after reset communication."""
+    """A refused node-ID is not used after reset communication."""
     device = master.device
     master.configured()
     for node_id in NO_NODE_IDS:
@@ -227,7 +227,7 @@ def test_refused_node_id_is_not_used(master: Master) -> None:
 
 @case("11.11")
 def test_lss_answers_have_reserved_bytes_of_zero(master: Master) -> None:
-    """Behind what an LSS answer says there are zeros; switch global has no answer."""
+    """Unused bytes of an LSS answer are 0; switch global has no answer."""
     master.wait()
     assert master.ask(SWITCH_GLOBAL, b"\0") is None, "switch global was answered"
     switched = master.select(master.identity)

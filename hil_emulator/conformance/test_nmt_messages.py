@@ -1,4 +1,4 @@
-"""Chapter 9, own cases: what is no NMT command (CiA 301 7.2.8.3.1)."""
+"""Chapter 9, additional cases: invalid NMT commands (CiA 301 7.2.8.3.1)."""
 
 from hil_emulator.conformance.cases import case
 from hil_emulator.conformance.device import (
@@ -16,7 +16,7 @@ EVERYBODY = 0
 
 @case("9.301")
 def test_nmt_has_two_bytes(device: Device) -> None:
-    """Messages of none, one, three and eight bytes change no state."""
+    """Messages of 0, 1, 3 and 8 bytes change no state."""
     start = bytes([START, device.node_id])
     for data in (b"", start[:1], start + b"\0", start.ljust(8, b"\0"), bytes([STOP])):
         device.wire.send(0x000, data)
@@ -25,7 +25,7 @@ def test_nmt_has_two_bytes(device: Device) -> None:
 
 @case("9.302")
 def test_unknown_commands_are_ignored(device: Device) -> None:
-    """Commands that CiA 301 does not have change no state, in neither of two."""
+    """Commands that CiA 301 does not define change no state, tried in two states."""
     for state in (PRE_OPERATIONAL, OPERATIONAL):
         device.enter(state)
         since = len(device.wire.log)
@@ -37,7 +37,7 @@ def test_unknown_commands_are_ignored(device: Device) -> None:
 
 @case("9.303")
 def test_29_bit_identifiers_are_others(device: Device) -> None:
-    """Neither NMT nor SDO requests are taken from frames with 29-bit identifiers."""
+    """Frames with 29-bit identifiers are not accepted as NMT or SDO requests."""
     device.wire.send(0x000, bytes([START, EVERYBODY]), extended=True)
     check_state(device, PRE_OPERATIONAL)
     since = len(device.wire.log)

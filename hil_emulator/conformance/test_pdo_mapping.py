@@ -1,4 +1,4 @@
-"""Chapter 3, second part: what PDOs carry (CiA 301 7.5.2.36, 7.5.2.38)."""
+"""Chapter 3, second part: PDO mapping (CiA 301 7.5.2.36, 7.5.2.38)."""
 
 import pytest
 
@@ -31,14 +31,14 @@ MAX_BITS = 64
 
 def variable_pdos(device: Device) -> list[Pdo]:
     """Return the PDOs whose mapping can be written."""
-    found = [pdo for pdo in pdos(device) if pdo.variable and candidates(device, pdo)]
-    if not found:
+    remappable = [pdo for pdo in pdos(device) if pdo.variable and candidates(device, pdo)]
+    if not remappable:
         pytest.skip("all mappings are fixed, or nothing can be mapped")
-    return found
+    return remappable
 
 
 def candidates(device: Device, pdo: Pdo) -> list[Entry]:
-    """Return what may be mapped into a PDO, by the EDS."""
+    """Return the objects that the EDS allows in a PDO."""
     return carriable(device, receive=pdo.receive)
 
 
@@ -48,7 +48,7 @@ def length(variable: Entry) -> int:
 
 
 def another_word(device: Device, pdo: Pdo) -> int:
-    """Return an entry that is allowed in a PDO but is not its first one, if there is any."""
+    """Return an entry that is allowed in a PDO and differs from its first entry, if possible."""
     words = [word(variable) for variable in candidates(device, pdo)]
     if pdo.receive and DUMMY_UNSIGNED8 in device.eds.dummies:
         words.append(DUMMY_UNSIGNED8 << 16 | 8)
@@ -56,26 +56,28 @@ def another_word(device: Device, pdo: Pdo) -> int:
 
 
 def first_mapping_code(device: Device, pdo: Pdo, variable: Entry) -> int:
-    """Return the abort code of mapping one variable alone, 0 if the device agrees."""
+    """Return the abort code of mapping one variable alone, 0 if it is accepted."""
     pdo.need_variable_mapping()
     return pdo.map([word(variable)])
 
 
 def distinct(variable: Entry) -> bool:
-    """Return whether patterns give a variable different values, which SDO can read."""
+    """Return whether SDO can read a variable and the patterns give it different values."""
     return variable.readable and pattern(variable, 1) != pattern(variable, 9)
 
 
 def unmappable(device: Device) -> Entry:
     """Return a variable of fixed length that no PDO may carry."""
-    found = [v for v in device.eds.find(RECEIVABLE, mappable=False) if 1 <= v.type.bits <= MAX_BITS]
-    assert found, "every object is mappable"
-    return found[0]
+    variables = [
+        v for v in device.eds.find(RECEIVABLE, mappable=False) if 1 <= v.type.bits <= MAX_BITS
+    ]
+    assert variables, "every object is mappable"
+    return variables[0]
 
 
 @case("3.21")
 def test_default_mapping_is_sound(device: Device) -> None:
-    """Each default entry names an object of the EDS, with its length, that may be mapped so."""
+    """Each default entry names a mappable object of the EDS with its length."""
     for pdo in pdos(device):
         words = pdo.words()
         for entry in words:
@@ -94,7 +96,7 @@ def test_default_mapping_is_sound(device: Device) -> None:
 
 @case("3.22")
 def test_mapping_procedure(device: Device) -> None:
-    """Mapped anew by the procedure, a PDO has the new entry, and a TPDO is sent with it."""
+    """After mapping by the procedure, a PDO has the new entry, and a TPDO is sent with it."""
     device.prepare_sync()
     silence(device)
     for pdo in variable_pdos(device):
@@ -117,7 +119,7 @@ def test_mapping_procedure(device: Device) -> None:
 
 @case("3.23")
 def test_entries_are_locked_while_counted(device: Device) -> None:
-    """With the PDO disabled but its entries still counted, an entry cannot be changed."""
+    """While the number of entries is not 0, an entry cannot be changed in a disabled PDO."""
     for pdo in variable_pdos(device):
         pdo.disable()
         if not pdo.words():
@@ -131,7 +133,7 @@ def test_entries_are_locked_while_counted(device: Device) -> None:
 
 @case("3.24")
 def test_mapping_is_locked_while_valid(device: Device) -> None:
-    """A PDO that exists lets neither the number of entries nor an entry be changed."""
+    """In an enabled PDO neither the number of entries nor an entry can be changed."""
     for pdo in [pdo for pdo in variable_pdos(device) if pdo.valid]:
         before = pdo.words()
         assert device.sdo.write_code(pdo.mapping, 0, b"\0"), f"{pdo.name} was emptied while valid"
@@ -141,7 +143,7 @@ def test_mapping_is_locked_while_valid(device: Device) -> None:
 
 @case("3.25")
 def test_too_many_objects_are_refused(device: Device) -> None:
-    """One object more than the mapping record has entries for cannot be counted."""
+    """A number of objects above the number of entries of the mapping record is refused."""
     for pdo in variable_pdos(device):
         smallest = min(candidates(device, pdo), key=length)
         room = pdo.capacity()
@@ -154,7 +156,7 @@ def test_too_many_objects_are_refused(device: Device) -> None:
 
 @case("3.26")
 def test_too_long_objects_are_refused(device: Device) -> None:
-    """Objects of more than 64 bits together do not fit."""
+    """Objects of more than 64 bits in total are refused."""
     for pdo in variable_pdos(device):
         longest = max(candidates(device, pdo), key=length)
         count = MAX_BITS // longest.type.bits + 1
@@ -168,10 +170,10 @@ def test_too_long_objects_are_refused(device: Device) -> None:
 
 @case("3.27")
 def test_rpdo_takes_an_output(device: Device) -> None:
-    """A process output (rww, wo, or rw where there is no other) can be mapped into an RPDO."""
+    """A process output (rww, wo, or rw if there is no other) can be mapped into an RPDO."""
     pdo = rpdos(device)[0]
-    found = device.eds.find(OUTPUTS, mappable=True)
-    outputs = [v for v in found if v.index in APPLICATION] or mappable(device, {"rw"})
+    variables = device.eds.find(OUTPUTS, mappable=True)
+    outputs = [v for v in variables if v.index in APPLICATION] or mappable(device, {"rw"})
     assert first_mapping_code(device, pdo, outputs[0]) == 0
 
 
@@ -184,7 +186,7 @@ def test_rpdo_refuses_an_input(device: Device) -> None:
 
 @case("3.29")
 def test_rpdo_refuses_the_unmappable(device: Device) -> None:
-    """What the EDS does not let be mapped cannot be mapped into an RPDO."""
+    """An object that is not mappable by the EDS cannot be mapped into an RPDO."""
     assert first_mapping_code(device, rpdos(device)[0], unmappable(device)) in NOT_MAPPABLE
 
 
@@ -203,20 +205,20 @@ def test_tpdo_refuses_an_output(device: Device) -> None:
 
 @case("3.32")
 def test_tpdo_refuses_the_unmappable(device: Device) -> None:
-    """What the EDS does not let be mapped cannot be mapped into a TPDO."""
+    """An object that is not mappable by the EDS cannot be mapped into a TPDO."""
     assert first_mapping_code(device, tpdos(device)[0], unmappable(device)) in NOT_MAPPABLE
 
 
 @case("3.33")
 def test_dummies_fill_an_rpdo(device: Device) -> None:
-    """Behind a byte of dummy an object has the bytes in its own place; the length is right."""
+    """An object after a dummy byte receives its bytes, and the dummy counts in the length."""
     pdo = rpdos(device)[0]
     if DUMMY_UNSIGNED8 not in device.eds.dummies:
         pytest.skip("the EDS allows no dummy UNSIGNED8")
     pdo.need_variable_mapping()
     variable = next((v for v in mappable(device, {"rww", "rw"}) if distinct(v)), None)
     if variable is None:
-        pytest.skip("no object that can be mapped has two values to tell apart")
+        pytest.skip("no mappable object can hold two distinct values")
     assert pdo.map([DUMMY_UNSIGNED8 << 16 | 8, word(variable)]) == 0
     pdo.enable()
     can_id = pdo.can_id

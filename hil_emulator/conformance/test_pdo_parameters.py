@@ -29,7 +29,7 @@ from hil_emulator.conformance.test_pdo_mapping import NOT_MAPPABLE, candidates
 from hil_emulator.conformance.test_pdo_payload import answer
 
 OTHER_ID = 0x6B0
-"""Not restricted, and of no predefined connection (7.3.5)."""
+"""Identifier that is not restricted and not in the predefined connection set (7.3.5)."""
 RESERVED_TYPES = (241, 247, 251)
 WATCH_MS = 600
 LONG_MS = 60_000
@@ -43,7 +43,7 @@ def existing(device: Device) -> Pdo:
 
 
 def check_locked(pdo: Pdo, subindex: int, value: int) -> None:
-    """Check that a parameter cannot be changed, whatever the abort code."""
+    """Check that a parameter cannot be changed, with any abort code."""
     if not pdo.offers(subindex):
         pytest.skip(f"{pdo.name} has no sub-index {subindex} to write")
     before = pdo.get(subindex)
@@ -53,14 +53,14 @@ def check_locked(pdo: Pdo, subindex: int, value: int) -> None:
 
 @case("3.321")
 def test_identifier_is_locked(device: Device) -> None:
-    """The identifier of a PDO that exists cannot be replaced by another."""
+    """The identifier of an enabled PDO cannot be changed."""
     pdo = existing(device)
     check_locked(pdo, COB_ID, pdo.get(COB_ID) & ~0x7FF | OTHER_ID)
 
 
 @case("3.322")
 def test_identifier_is_used(device: Device) -> None:
-    """A TPDO comes with the identifier it is given, and no longer with the old one."""
+    """A TPDO has the new identifier, and is not sent with the old one."""
     pdo = usable(device)[0]
     pdo.configure(EVERY)
     pdo.enable()
@@ -75,7 +75,7 @@ def test_identifier_is_used(device: Device) -> None:
 
 @case("3.323")
 def test_reserved_types_are_refused(device: Device) -> None:
-    """No PDO takes a transmission type from 241 to 251."""
+    """No PDO accepts a transmission type from 241 to 251."""
     for pdo in [pdo for pdo in pdos(device) if pdo.offers(TRANSMISSION_TYPE)]:
         pdo.disable()
         for kind in RESERVED_TYPES:
@@ -125,7 +125,7 @@ def test_forbidden_remote_frames_are_not_answered(device: Device) -> None:
 
 @case("3.328")
 def test_events_wait_for_the_inhibit_time_alone(device: Device) -> None:
-    """Events that come faster than the inhibit time are sent as often as that allows."""
+    """Events faster than the inhibit time are sent at the rate that the inhibit time allows."""
     pdo = usable(device)[0]
     if not pdo.offers(INHIBIT_TIME):
         pytest.skip(f"{pdo.name} has no inhibit time")
@@ -139,7 +139,7 @@ def test_events_wait_for_the_inhibit_time_alone(device: Device) -> None:
 
 @case("3.329")
 def test_event_timer_counts_at_once(device: Device) -> None:
-    """A new event timer, written in OPERATIONAL, is the period from then on."""
+    """A new event timer, written in OPERATIONAL, takes effect at once."""
     pdo = usable(device)[0]
     if not pdo.offers(EVENT_TIMER):
         pytest.skip(f"{pdo.name} has no event timer")
@@ -154,9 +154,9 @@ def test_event_timer_counts_at_once(device: Device) -> None:
 
 @case("3.330")
 def test_event_driven_tpdo_answers_remote_frames(device: Device) -> None:
-    """With bit 30 of its COB-ID clear, an event-driven TPDO comes on a remote frame, too.
+    """With bit 30 of its COB-ID clear, an event-driven TPDO is also sent on a remote frame.
 
-    It applies where remote frames are offered at all, as type 253.
+    The case applies to devices that support remote frames (type 253).
     """
     need_remote_frames(device)
     pdo = usable(device)[0]
@@ -173,7 +173,7 @@ def test_event_driven_tpdo_answers_remote_frames(device: Device) -> None:
 
 @case("3.331")
 def test_sync_start_value_counts_again(device: Device) -> None:
-    """Each time OPERATIONAL begins, the first SYNC answered is the one with the start value."""
+    """Each time OPERATIONAL is entered, the first SYNC answered has the start value."""
     SYNC_COUNTER.demand(device)
     pdo = usable(device, SYNC_COUNTER.overflow)[0]
     SYNC_COUNTER.configure(pdo)

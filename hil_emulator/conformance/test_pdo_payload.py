@@ -30,19 +30,19 @@ SYNC_CYCLIC_MAX = 240
 """Largest transmission type of a synchronous RPDO (CiA 301 7.5.2.35)."""
 WINDOW_MS, DEADLINE_MS = 2000, 100
 DIGITS = 2
-"""By how much process data may move that were seen at rest. Assumed."""
+"""Largest change of process data at rest [digits] (assumed)."""
 LOOKS = 3
-"""Times an object is read by SDO before and after its TPDO, to know how much it moves. Assumed."""
+"""SDO reads before and after a TPDO, to measure the change of process data (assumed)."""
 
 
 def mapped(device: Device, pdo: Pdo) -> list[Entry]:
-    """Return the variables a PDO maps; the case is skipped where they cannot all be read."""
+    """Return the variables of a PDO; skip the case if some cannot be read."""
     keys = [(entry >> 16, entry >> 8 & 0xFF) for entry in pdo.words()]
     variables = [device.eds.variables.get(key) for key in keys]
-    found = [v for v in variables if v is not None and v.readable and v.type.numeric]
-    if len(found) < len(keys):
-        pytest.skip(f"{pdo.name} carries what cannot be read")
-    return found
+    readable = [v for v in variables if v is not None and v.readable and v.type.numeric]
+    if len(readable) < len(keys):
+        pytest.skip(f"{pdo.name} carries objects that cannot be read")
+    return readable
 
 
 def values(device: Device, variables: list[Entry]) -> list[bytes]:
@@ -51,7 +51,7 @@ def values(device: Device, variables: list[Entry]) -> list[bytes]:
 
 
 def answer(device: Device, can_id: int) -> bytes | None:
-    """Return what comes at a SYNC with an identifier; skips where no SYNC is consumed."""
+    """Return the data of an identifier after a SYNC; skip the case without a SYNC consumer."""
     need_sync(device)
     since = len(device.wire.log)
     device.sync()
@@ -59,7 +59,7 @@ def answer(device: Device, can_id: int) -> bytes | None:
 
 
 def loop_tpdo(device: Device, kind: int, *, remote: bool = False) -> tuple[int, Entry]:
-    """Map one object that can be written into a TPDO; return its identifier and the object."""
+    """Map one writable object into a TPDO; return identifier and object."""
     pdo = usable(device)[0]
     pdo.need_variable_mapping()
     objects = loops(device.eds)
@@ -79,7 +79,7 @@ def put(device: Device, variable: Entry, seed: int) -> bytes:
 
 
 class Reception:
-    """An RPDO, enabled, and what it should do to the objects it maps."""
+    """An enabled RPDO, with the values of its objects before and after."""
 
     def __init__(self, device: Device, kind: int = 255) -> None:
         self.device = device
@@ -97,7 +97,7 @@ class Reception:
         self.device.enter(OPERATIONAL)
 
     def send(self, seed: int, change: int = 0) -> None:
-        """Send patterns, with bytes more or less than the RPDO has."""
+        """Send patterns, with `change` bytes more than the RPDO maps."""
         before = values(self.device, self.variables)
         choices = [
             [pattern(v, seed + n), pattern(v, seed + n + 7)] for n, v in enumerate(self.variables)
@@ -111,10 +111,12 @@ class Reception:
 
     @property
     def applied(self) -> bool:
-        """Whether the objects have what was sent last; they must have that, or what they had."""
-        found = values(self.device, self.variables)
-        assert found in (self.sent, self.before), f"{found}: neither {self.sent} nor {self.before}"
-        return found == self.sent
+        """Whether the objects have the values sent last; otherwise they must be unchanged."""
+        present = values(self.device, self.variables)
+        assert present in (self.sent, self.before), (
+            f"{present}: neither {self.sent} nor {self.before}"
+        )
+        return present == self.sent
 
 
 @case("3.301")
@@ -129,24 +131,24 @@ def test_tpdos_show_their_objects(device: Device) -> None:
         looks = [values(device, variables) for _ in range(LOOKS)]
         shown = _parts(variables, answer(device, can_id))
         looks += [values(device, variables) for _ in range(LOOKS)]
-        for variable, part, *seen in zip(variables, shown, *looks, strict=True):
-            assert _among(variable, part, seen), f"{pdo.name}: {part.hex()} for {seen[-1].hex()}"
+        for variable, part, *reads in zip(variables, shown, *looks, strict=True):
+            assert _among(variable, part, reads), f"{pdo.name}: {part.hex()} for {reads[-1].hex()}"
         device.enter(PRE_OPERATIONAL)
         pdo.disable()
 
 
-def _among(variable: Entry, part: bytes, seen: list[bytes]) -> bool:
-    """Tell whether a value is one of those seen, or near them where a process moves them."""
-    if part in seen or variable.writable:
-        return part in seen
-    value, *numbers = (variable.type.decode(data) for data in (part, *seen))
+def _among(variable: Entry, part: bytes, reads: list[bytes]) -> bool:
+    """Return whether a value is one of those read, or near them for process data."""
+    if part in reads or variable.writable:
+        return part in reads
+    value, *numbers = (variable.type.decode(data) for data in (part, *reads))
     margin = 3 * (max(numbers) - min(numbers)) + DIGITS
     return bool(min(numbers) - margin <= value <= max(numbers) + margin)
 
 
 def _parts(variables: list[Entry], data: bytes | None) -> list[bytes]:
     """Return the values in a PDO's data."""
-    assert data is not None, "no TPDO came with SYNC"
+    assert data is not None, "SYNC triggered no TPDO"
     number, parts = int.from_bytes(data, "little"), []
     for variable in variables:
         bits = variable.type.bits
@@ -157,7 +159,7 @@ def _parts(variables: list[Entry], data: bytes | None) -> list[bytes]:
 
 @case("3.302")
 def test_tpdo_follows_its_object(device: Device) -> None:
-    """What SDO has written is in the next TPDO, least significant byte first."""
+    """The next TPDO carries the value written by SDO, least significant byte first."""
     can_id, variable = loop_tpdo(device, EVERY)
     device.enter(OPERATIONAL)
     for seed in range(3):
@@ -166,7 +168,7 @@ def test_tpdo_follows_its_object(device: Device) -> None:
 
 @case("3.303")
 def test_rpdo_is_stored(device: Device) -> None:
-    """Each object of an RPDO has the value that was in its place."""
+    """Each object of an RPDO has the value at its position."""
     reception = Reception(device)
     reception.start()
     for seed in range(2):
@@ -176,7 +178,7 @@ def test_rpdo_is_stored(device: Device) -> None:
 
 @case("3.304")
 def test_rpdo_is_taken_in_operational_alone(device: Device) -> None:
-    """An RPDO in PRE-OPERATIONAL or STOPPED changes nothing, also not later."""
+    """An RPDO in PRE-OPERATIONAL or STOPPED changes no object, neither at once nor later."""
     reception = Reception(device)
     reception.start()
     device.enter(PRE_OPERATIONAL)
@@ -194,7 +196,7 @@ def test_rpdo_is_taken_in_operational_alone(device: Device) -> None:
 
 @case("3.305")
 def test_synchronous_rpdo_waits_for_sync(device: Device) -> None:
-    """With type 0 an RPDO acts when the next SYNC comes, not before."""
+    """With type 0 an RPDO takes effect with the next SYNC, not before."""
     reception = Reception(device, kind=0)
     reception.start()
     reception.send(1)
@@ -206,7 +208,7 @@ def test_synchronous_rpdo_waits_for_sync(device: Device) -> None:
 
 @case("3.306")
 def test_synchronous_window_is_open(device: Device) -> None:
-    """What comes between SYNC and the end of the window acts; what comes later need not."""
+    """An RPDO between SYNC and the end of the window takes effect; a later one need not."""
     need_writable(device, SYNCHRONOUS_WINDOW)
     device.sdo.write(SYNCHRONOUS_WINDOW, 0, 1000 * WINDOW_MS, 4)
     reception = Reception(device, kind=0)
@@ -221,7 +223,7 @@ def test_synchronous_window_is_open(device: Device) -> None:
 
 @case("3.307")
 def test_short_rpdo_is_reported(device: Device) -> None:
-    """A byte too few is an emergency 8210, and changes nothing."""
+    """An RPDO with a byte too few causes an emergency 8210 and changes no object."""
     need_emergency(device)
     reception = Reception(device)
     reception.start()
@@ -233,7 +235,7 @@ def test_short_rpdo_is_reported(device: Device) -> None:
 
 @case("3.308")
 def test_long_rpdo_is_taken(device: Device) -> None:
-    """Of an RPDO with more bytes than it maps, the first ones count."""
+    """The first bytes of an RPDO that is too long are used."""
     reception = Reception(device)
     if reception.pdo.size() == 8:
         pytest.skip(f"{reception.pdo.name} has eight bytes")
@@ -244,7 +246,7 @@ def test_long_rpdo_is_taken(device: Device) -> None:
 
 @case("3.309")
 def test_overdue_rpdo_is_reported(device: Device) -> None:
-    """After its event timer has passed without another RPDO, there is an emergency 8250."""
+    """An RPDO that is missing after its event timer causes an emergency 8250."""
     need_emergency(device)
     reception = with_deadline(device)
     since = len(device.wire.log)
@@ -254,7 +256,7 @@ def test_overdue_rpdo_is_reported(device: Device) -> None:
 
 @case("3.310")
 def test_remote_frame_is_answered_with_the_last_sync(device: Device) -> None:
-    """With type 252 the values are those of the last SYNC, whatever was written since."""
+    """With type 252 the values are those at the last SYNC, despite later writes."""
     need_remote_frames(device)
     need_sync(device)
     can_id, variable = loop_tpdo(device, ON_REQUEST_AT_SYNC, remote=True)
@@ -269,7 +271,7 @@ def test_remote_frame_is_answered_with_the_last_sync(device: Device) -> None:
 
 @case("3.311")
 def test_acyclic_tpdo_needs_an_event(device: Device) -> None:
-    """With type 0, SYNC after SYNC sends nothing while the object stays as it is."""
+    """With type 0, SYNC triggers no TPDO while the object is unchanged."""
     can_id, variable = loop_tpdo(device, ACYCLIC)
     put(device, variable, 1)
     device.enter(OPERATIONAL)
@@ -279,7 +281,7 @@ def test_acyclic_tpdo_needs_an_event(device: Device) -> None:
 
 @case("3.312")
 def test_rpdo_that_never_came_is_not_overdue(device: Device) -> None:
-    """The event timer of an RPDO begins with its first reception, not with OPERATIONAL."""
+    """The event timer of an RPDO starts with its first reception, not with OPERATIONAL."""
     need_emergency(device)
     reception = with_deadline(device)
     since = len(device.wire.log)
@@ -290,19 +292,19 @@ def test_rpdo_that_never_came_is_not_overdue(device: Device) -> None:
 
 @case("3.313")
 def test_rpdo_is_overdue_again(device: Device) -> None:
-    """An RPDO that came back and stops again is reported a second time."""
+    """An RPDO that returns and stops again is reported a second time."""
     need_emergency(device)
     reception = with_deadline(device)
     for seed in (1, 2):
         since = len(device.wire.log)
-        device.enter(OPERATIONAL)  # which an error may have ended
+        device.enter(OPERATIONAL)  # an error may have ended this state
         reception.send(seed)
         assert device.await_emergency(RPDO_OVERDUE, since) is not None, f"not reported: {seed}"
 
 
 @case("3.314")
 def test_synchronous_rpdo_is_forgotten(device: Device) -> None:
-    """What waited for SYNC when OPERATIONAL was left is not applied by a SYNC after it."""
+    """An RPDO that waits for SYNC is dropped when OPERATIONAL is left."""
     reception = Reception(device, kind=0)
     reception.start()
     reception.send(1)
@@ -314,7 +316,7 @@ def test_synchronous_rpdo_is_forgotten(device: Device) -> None:
 
 @case("3.315")
 def test_last_synchronous_rpdo_is_applied_once(device: Device) -> None:
-    """Of two RPDOs before a SYNC the second acts; a further SYNC does not apply it again."""
+    """SYNC applies the last of two RPDOs; the next SYNC does not apply it again."""
     reception = Reception(device, kind=0)
     variable = next((v for v in reception.variables if v.writable), None)
     reception.start()
@@ -332,7 +334,7 @@ def test_last_synchronous_rpdo_is_applied_once(device: Device) -> None:
 
 @case("3.316")
 def test_invalid_rpdo_is_not_taken(device: Device) -> None:
-    """With bit 31 of its COB-ID set again, an RPDO changes nothing."""
+    """With bit 31 of its COB-ID set again, an RPDO changes no object."""
     reception = Reception(device)
     reception.start()
     reception.send(1)
@@ -342,7 +344,7 @@ def test_invalid_rpdo_is_not_taken(device: Device) -> None:
 
 
 def with_deadline(device: Device) -> Reception:
-    """Return an RPDO with an event timer, in OPERATIONAL; the case is skipped without one."""
+    """Return an RPDO with an event timer, in OPERATIONAL; skip the case without an event timer."""
     reception = Reception(device)
     if not reception.pdo.offers(EVENT_TIMER):
         pytest.skip(f"{reception.pdo.name} has no event timer")

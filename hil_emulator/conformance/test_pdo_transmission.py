@@ -1,4 +1,4 @@
-"""Chapter 3, first part: which PDOs there are, and when TPDOs are sent (CiA 301 7.2.2)."""
+"""Chapter 3, first part: existing PDOs, and transmission of TPDOs (CiA 301 7.2.2)."""
 
 from hil_emulator.conformance.cases import case
 from hil_emulator.conformance.demands import NO_SUCH_OBJECT
@@ -23,7 +23,7 @@ from hil_emulator.conformance.situations import (
 
 
 def scan(device: Device, records: range) -> int:
-    """Check that the PDOs of a range are those of the EDS; return how many there are."""
+    """Check that the PDOs of a range are those of the EDS; return their number."""
     for index in records:
         if index not in device.eds:
             code = device.sdo.read_code(index)
@@ -39,13 +39,13 @@ def scan(device: Device, records: range) -> int:
 
 @case("3.1")
 def test_rpdos_are_those_of_the_eds(device: Device) -> None:
-    """Of all 512 possible RPDOs those exist that the EDS has, and as many as it counts."""
+    """Of all 512 possible RPDOs only those of the EDS exist, and NrOfRXPDO is their number."""
     assert scan(device, RPDO_RECORDS) == device.eds.count("NrOfRXPDO")
 
 
 @case("3.2")
 def test_tpdos_are_those_of_the_eds(device: Device) -> None:
-    """Of all 512 possible TPDOs those exist that the EDS has, and as many as it counts."""
+    """Of all 512 possible TPDOs only those of the EDS exist, and NrOfTXPDO is their number."""
     assert scan(device, TPDO_RECORDS) == device.eds.count("NrOfTXPDO")
 
 
@@ -57,31 +57,31 @@ def test_operational_remote_frame(device: Device) -> None:
 
 @case("3.4")
 def test_operational_event(device: Device) -> None:
-    """An event-driven TPDO comes no more often than its inhibit time allows."""
+    """An event-driven TPDO is sent no more often than its inhibit time allows."""
     check_sent(device, EVENT)
 
 
 @case("3.5")
 def test_operational_event_timer(device: Device) -> None:
-    """The event timer has the TPDO sent again and again, at its period."""
+    """The event timer triggers the TPDO periodically."""
     check_sent(device, TIMER)
 
 
 @case("3.6")
 def test_operational_cyclic(device: Device) -> None:
-    """With type 2, six SYNC are worth three TPDOs."""
+    """With type 2, six SYNC trigger three TPDOs."""
     check_sent(device, CYCLIC)
 
 
 @case("3.7")
 def test_operational_acyclic(device: Device) -> None:
-    """With type 0 there is no TPDO but after a SYNC."""
+    """With type 0 a TPDO is sent only after a SYNC."""
     check_sent(device, ACYCLIC_SYNC)
 
 
 @case("3.8")
 def test_operational_sync_start_value(device: Device) -> None:
-    """Of the SYNC 1 to 5, those from the start value 3 on are answered."""
+    """Of SYNC 1 to 5, those from the start value 3 on trigger the TPDO."""
     check_sent(device, SYNC_COUNTER)
 
 
@@ -99,25 +99,25 @@ def test_stopped_event(device: Device) -> None:
 
 @case("3.11")
 def test_stopped_event_timer(device: Device) -> None:
-    """In STOPPED the event timer sends nothing."""
+    """In STOPPED the event timer triggers no TPDO."""
     check_not_sent(device, TIMER, STOPPED)
 
 
 @case("3.12")
 def test_stopped_cyclic(device: Device) -> None:
-    """In STOPPED SYNC has no TPDO sent."""
+    """In STOPPED SYNC triggers no TPDO."""
     check_not_sent(device, CYCLIC, STOPPED)
 
 
 @case("3.13")
 def test_stopped_acyclic(device: Device) -> None:
-    """In STOPPED SYNC has no acyclic TPDO sent."""
+    """In STOPPED SYNC triggers no acyclic TPDO."""
     check_not_sent(device, ACYCLIC_SYNC, STOPPED)
 
 
 @case("3.14")
 def test_stopped_sync_start_value(device: Device) -> None:
-    """In STOPPED the start value is as good as any."""
+    """In STOPPED a SYNC with the start value triggers no TPDO."""
     check_not_sent(device, SYNC_COUNTER, STOPPED)
 
 
@@ -135,23 +135,23 @@ def test_pre_operational_event(device: Device) -> None:
 
 @case("3.17")
 def test_pre_operational_event_timer(device: Device) -> None:
-    """In PRE-OPERATIONAL the event timer sends nothing."""
+    """In PRE-OPERATIONAL the event timer triggers no TPDO."""
     check_not_sent(device, TIMER, PRE_OPERATIONAL)
 
 
 @case("3.18")
 def test_pre_operational_cyclic(device: Device) -> None:
-    """In PRE-OPERATIONAL SYNC has no TPDO sent."""
+    """In PRE-OPERATIONAL SYNC triggers no TPDO."""
     check_not_sent(device, CYCLIC, PRE_OPERATIONAL)
 
 
 @case("3.19")
 def test_pre_operational_acyclic(device: Device) -> None:
-    """In PRE-OPERATIONAL SYNC has no acyclic TPDO sent."""
+    """In PRE-OPERATIONAL SYNC triggers no acyclic TPDO."""
     check_not_sent(device, ACYCLIC_SYNC, PRE_OPERATIONAL)
 
 
 @case("3.20")
 def test_pre_operational_sync_start_value(device: Device) -> None:
-    """In PRE-OPERATIONAL the start value is as good as any."""
+    """In PRE-OPERATIONAL a SYNC with the start value triggers no TPDO."""
     check_not_sent(device, SYNC_COUNTER, PRE_OPERATIONAL)

@@ -1,4 +1,4 @@
-"""Chapters 8 and 9, own cases: what resetting and storing are about (CiA 301 7.3.2.2, 7.5.2.13)."""
+"""Chapters 8 and 9, additional cases: scope of resets and storing (CiA 301 7.3.2.2, 7.5.2.13)."""
 
 import pytest
 
@@ -23,7 +23,7 @@ from hil_emulator.device.entry import Entry
 
 ALL, COMMUNICATION, APPLICATION_PARAMETERS = 1, 2, 3
 CAPABILITY = 0b11
-"""Bits of what 0x1010 and 0x1011 read as (CiA 301 7.5.2.13): on command, by itself."""
+"""Bits of the values of 0x1010 and 0x1011 (CiA 301 7.5.2.13): on command, autonomously."""
 PAUSE_MS = 50
 KEPT_MS = 4321
 
@@ -39,10 +39,10 @@ class Changed:
         self.values = KEPT_MS.to_bytes(2, "little"), self._other()
         device.sdo.download(HEARTBEAT_PRODUCER, 0, self.values[0])
         device.sdo.download(self.variable.index, self.variable.subindex, self.values[1])
-        assert self.read() == self.values, "the parameters do not take values"
+        assert self.read() == self.values, "the parameters do not keep the values written"
 
     def read(self) -> tuple[bytes, bytes]:
-        """Return both."""
+        """Return the values of both parameters."""
         upload = self.device.sdo.upload
         return upload(HEARTBEAT_PRODUCER), upload(self.variable.index, self.variable.subindex)
 
@@ -52,7 +52,7 @@ class Changed:
 
 
 def _parameter(device: Device) -> Entry:
-    """Return an application parameter: one that nothing but SDO writes."""
+    """Return an application parameter that only SDO writes."""
     for variable in free_parameters(device.eds, APPLICATION):
         plain = variable.type.numeric and variable.access == "rw" and not variable.mappable
         if plain and pattern(variable, 0) != pattern(variable, 1):
@@ -97,12 +97,12 @@ def test_reset_node_resets_all(device: Device) -> None:
 
 
 def check_restored_alone(storing: Device, subindex: int, restored: int) -> None:
-    """Check that restoring a sub-index brings back the defaults of its parameters alone.
+    """Check that a sub-index of 0x1011 restores the defaults of its parameters only.
 
     Args:
         storing: the device.
         subindex: of 0x1011.
-        restored: place in `Changed.values` of the parameter that is restored.
+        restored: position in `Changed.values` of the parameter that is restored.
 
     """
     need_writable(storing, STORE_PARAMETERS, ALL)
@@ -118,19 +118,19 @@ def check_restored_alone(storing: Device, subindex: int, restored: int) -> None:
 
 @case("8.303")
 def test_communication_parameters_alone_are_restored(storing: Device) -> None:
-    """After restoring sub-index 2 and a reset, stored application parameters are there."""
+    """After restoring sub-index 2 and a reset, application parameters keep their stored values."""
     check_restored_alone(storing, COMMUNICATION, 0)
 
 
 @case("8.304")
 def test_application_parameters_alone_are_restored(storing: Device) -> None:
-    """After restoring sub-index 3 and a reset, stored communication parameters are there."""
+    """After restoring sub-index 3 and a reset, communication parameters keep stored values."""
     check_restored_alone(storing, APPLICATION_PARAMETERS, 1)
 
 
 @case("8.305")
 def test_storing_shows_its_capability(storing: Device) -> None:
-    """0x1010:01 and 0x1011:01 read as bits 0 and 1, before a command as after it."""
+    """0x1010:01 and 0x1011:01 have only bits 0 and 1, before and after a command."""
     need_writable(storing, STORE_PARAMETERS, ALL)
     before = storing.sdo.read(STORE_PARAMETERS, ALL)
     storing.sdo.download(STORE_PARAMETERS, ALL, SAVE)
@@ -143,7 +143,7 @@ def test_storing_shows_its_capability(storing: Device) -> None:
 
 @case("9.323")
 def test_one_boot_up_for_each_reset(device: Device) -> None:
-    """A reset brings one boot-up message, other changes of state bring none."""
+    """A reset sends one boot-up message; other changes of state send no boot-up message."""
     for command in (RESET_NODE, RESET_COMMUNICATION):
         since = len(device.wire.log)
         device.reset(command)

@@ -1,4 +1,4 @@
-"""Chapter 2, first part: expedited transfers and what they are refused for (CiA 301 7.2.4)."""
+"""Chapter 2, first part: expedited transfers and their aborts (CiA 301 7.2.4)."""
 
 import random
 
@@ -26,14 +26,14 @@ ORDER_SEED = 301
 def test_device_type_is_answered_in_one_frame(device: Device) -> None:
     """The answer is expedited and holds the value of the EDS."""
     answer = device.sdo.initiate_upload(0x1000)
-    assert answer[0] & 0x02, f"{answer.hex()} is no expedited answer"
+    assert answer[0] & 0x02, f"{answer.hex()} is not an expedited answer"
     expected = device.eds.default(device.eds.variables[0x1000, 0])
     assert expected in (None, answer[4:])
 
 
 @case("2.2")
 def test_communication_parameters_are_given_back(device: Device) -> None:
-    """Each one, in random order, takes its own value and still has it."""
+    """Each parameter, in random order, accepts its present value and keeps it."""
     device.stop_sync()
     parameters = free_parameters(device.eds, COMMUNICATION)
     random.Random(ORDER_SEED).shuffle(parameters)
@@ -46,7 +46,7 @@ def test_communication_parameters_are_given_back(device: Device) -> None:
 
 @case("2.3")
 def test_device_type_is_read_only(device: Device) -> None:
-    """Writing it is refused and changes nothing."""
+    """A write is refused and does not change the value."""
     before = device.sdo.upload(0x1000)
     assert device.sdo.write_code(0x1000, 0, bytes(4)) in READ_ONLY
     assert device.sdo.upload(0x1000) == before
@@ -54,7 +54,7 @@ def test_device_type_is_read_only(device: Device) -> None:
 
 @case("2.4")
 def test_write_only_objects_are_not_read(device: Device) -> None:
-    """Those that refuse a read as write-only are those the EDS calls write-only."""
+    """Only objects that are write-only in the EDS refuse a read as write-only."""
     refusing = {
         key
         for key, variable in device.eds.variables.items()
@@ -79,21 +79,21 @@ def test_absent_object_is_refused(device: Device) -> None:
 
 @case("2.7")
 def test_unknown_command_is_refused(device: Device) -> None:
-    """No request begins with the command specifier 7."""
+    """The command specifier 7 is not defined and is refused."""
     assert device.sdo.aborts(bytes.fromhex("e0001000")) in UNKNOWN_COMMAND
     assert device.sdo.read_code(0x1000) == 0
 
 
 @case("2.8")
 def test_too_long_data_are_refused(device: Device) -> None:
-    """Four bytes fit no object of one or two."""
+    """Four bytes for an object of one or two bytes are refused."""
     for variable in numbers(device.eds, 1, 2):
         _refuses(device, variable, bytes(4), TOO_LONG)
 
 
 @case("2.9")
 def test_too_short_data_are_refused(device: Device) -> None:
-    """One byte is not enough for an object of two, nor are one to three for one of four."""
+    """One byte for an object of two bytes is refused, and one to three bytes for four."""
     for variable in numbers(device.eds, 2, 4):
         for size in range(1, variable.type.size):
             _refuses(device, variable, bytes(size), TOO_SHORT)
@@ -101,7 +101,7 @@ def test_too_short_data_are_refused(device: Device) -> None:
 
 @case("2.10")
 def test_too_high_values_are_refused(device: Device) -> None:
-    """One above the highest value aborts."""
+    """The highest value plus 1 is refused."""
     device.stop_sync()
     for variable, value in beyond(device.eds, above=True):
         _refuses(device, variable, encoded(variable, value), TOO_HIGH)
@@ -109,7 +109,7 @@ def test_too_high_values_are_refused(device: Device) -> None:
 
 @case("2.11")
 def test_too_low_values_are_refused(device: Device) -> None:
-    """One below the lowest value aborts."""
+    """The lowest value minus 1 is refused."""
     device.stop_sync()
     for variable, value in beyond(device.eds, above=False):
         _refuses(device, variable, encoded(variable, value), TOO_LOW)
@@ -117,7 +117,7 @@ def test_too_low_values_are_refused(device: Device) -> None:
 
 @case("2.12")
 def test_predefined_identifiers_are_used(device: Device) -> None:
-    """0x1200, where it exists, names the identifiers that this case itself is using."""
+    """0x1200, if it exists, has the identifiers that this case uses."""
     for subindex, base in ((1, 0x600), (2, 0x580)):
         if (0x1200, subindex) in device.eds:
             assert device.sdo.read(0x1200, subindex) == base + device.node_id
@@ -126,7 +126,7 @@ def test_predefined_identifiers_are_used(device: Device) -> None:
 
 
 def _refuses(device: Device, variable: Entry, data: bytes, codes: set[int]) -> None:
-    """Check that a write aborts with one of some codes and leaves the object as it was."""
+    """Check that a write aborts with one of some codes and does not change the object."""
     key = variable.index, variable.subindex
     before = device.sdo.upload(*key)
     code = device.sdo.write_code(*key, data)

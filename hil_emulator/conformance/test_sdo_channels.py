@@ -10,7 +10,7 @@ CLIENTS = range(0x1280, 0x1300)
 
 
 def has_exactly(device: Device, channels: range) -> None:
-    """Check that the channels of the EDS can be read, all entries of them, and no others."""
+    """Check that all entries of the EDS's channels can be read, and that no others exist."""
     for index in channels:
         if index not in device.eds:
             code = device.sdo.read_code(index)
@@ -22,20 +22,20 @@ def has_exactly(device: Device, channels: range) -> None:
 
 @case("2.28")
 def test_additional_servers_are_those_of_the_eds(device: Device) -> None:
-    """0x1201 to 0x127F exist where the EDS has them."""
+    """0x1201 to 0x127F exist exactly if the EDS has them."""
     has_exactly(device, SERVERS)
 
 
 @case("2.29")
 def test_additional_servers_survive_a_reset(device: Device) -> None:
-    """After reset communication the same servers are there."""
+    """After reset communication the same servers exist."""
     device.reset(RESET_COMMUNICATION)
     has_exactly(device, SERVERS)
 
 
 @case("2.30")
 def test_clients_survive_saving_and_a_reset(storing: Device) -> None:
-    """With all parameters saved, reset communication leaves the clients as the EDS has them."""
+    """With all parameters saved, the clients of the EDS exist after reset communication."""
     if storing.eds.writable(STORE_PARAMETERS, 1):
         storing.sdo.download(STORE_PARAMETERS, 1, SAVE)
     storing.reset(RESET_COMMUNICATION)

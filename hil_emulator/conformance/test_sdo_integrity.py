@@ -1,4 +1,4 @@
-"""Chapter 2, own cases: transfers that go wrong leave the object alone (CiA 301 7.2.4.3)."""
+"""Chapter 2, additional cases: failed transfers do not change the object (CiA 301 7.2.4.3)."""
 
 from binascii import crc_hqx
 
@@ -20,16 +20,16 @@ LENGTH = {0x0607_0010, 0x0607_0012, 0x0607_0013, 0x0800_0000}
 OUT_OF_SEQUENCE = {0x0503_0000, 0x0504_0001, 0x0800_0000}
 SERVER, TO_SERVER, TO_CLIENT = 0x1201, 1, 2
 REQUEST_ID, ANSWER_ID = 0x6C1, 0x6C2
-"""Not restricted, and of no predefined connection (7.3.5)."""
+"""Identifiers that are not restricted and not in the predefined connection set (7.3.5)."""
 SILENCE_MS = 15_000
-"""How long a server may wait for its client. Assumed."""
+"""Longest time-out of a server (assumed)."""
 PAUSE_MS = 50
 STRUCTURE = 255
 """Sub-index that shows the structure of an object (CiA 301 7.4.6.3)."""
 
 
 class Written:
-    """An object to be written, and what it has: in the end it must have that still."""
+    """An object with its value, which a failed download must not change."""
 
     def __init__(self, device: Device, key: tuple[int, int] = (HEARTBEAT_PRODUCER, 0)) -> None:
         self.device = device
@@ -39,33 +39,35 @@ class Written:
         self.data = b"\x55\xaa"
 
     def initiate(self, command: int = 0x21, size: int = 2) -> bytes:
-        """Begin a download that announces a size; return the answer."""
+        """Start a download that announces a size; return the answer."""
         request = head(command, *self.key) + size.to_bytes(4, "little")
         return self.device.sdo.request(request)
 
     def check_untouched(self) -> None:
-        """Check that the object is as it was, and that the server serves."""
+        """Check that the object is unchanged, and that the server answers."""
         assert self.device.sdo.upload(*self.key) == self.before, "the object has changed"
 
 
 def loose(device: Device) -> Written:
-    """Return an object whose type has no length, so that only what is announced counts, if any."""
-    found = [v for v in free_parameters(device.eds, APPLICATION) if not v.type.numeric]
-    keys = [(v.index, v.subindex) for v in found if device.sdo.read_code(v.index, v.subindex) == 0]
+    """Return an object of variable length if possible: only the announced length limits it."""
+    variables = [v for v in free_parameters(device.eds, APPLICATION) if not v.type.numeric]
+    keys = [
+        (v.index, v.subindex) for v in variables if device.sdo.read_code(v.index, v.subindex) == 0
+    ]
     return Written(device, *keys[:1])
 
 
 def first_number(device: Device, size: int) -> Entry:
-    """Return a parameter of so many bytes that can be written at any time."""
-    found = numbers(device.eds, size)
-    if not found:
+    """Return a parameter of `size` bytes that can be written at any time."""
+    variables = numbers(device.eds, size)
+    if not variables:
         pytest.skip(f"no parameter of {size} bytes can be written")
-    return found[0]
+    return variables[0]
 
 
 @case("2.301")
-def test_size_need_not_be_said(device: Device) -> None:
-    """An expedited download with s = 0 has as many bytes as the object."""
+def test_size_is_optional(device: Device) -> None:
+    """An expedited download with s = 0 has the size of the object."""
     variable = first_number(device, 4)
     value = device.sdo.upload(variable.index, variable.subindex)
     device.sdo.request(head(0x22, variable.index, variable.subindex) + value)
@@ -74,7 +76,7 @@ def test_size_need_not_be_said(device: Device) -> None:
 
 @case("2.302")
 def test_answers_name_their_object(device: Device) -> None:
-    """Downloads are confirmed, and refused, with index and sub-index of the request."""
+    """Confirmations and aborts carry index and sub-index of the request."""
     variable = first_number(device, 2)
     key = variable.index, variable.subindex
     answer = device.sdo.request(head(0x2B, *key) + device.sdo.upload(*key))
@@ -88,7 +90,7 @@ def test_answers_name_their_object(device: Device) -> None:
 
 @case("2.303")
 def test_download_toggle_has_to_toggle(device: Device) -> None:
-    """A first segment with the toggle bit set aborts, and changes nothing."""
+    """A first segment with the toggle bit set is aborted and does not change the object."""
     target = Written(device)
     target.initiate()
     assert device.sdo.aborts(b"\x1b" + target.data) in TOGGLE_NOT_ALTERNATED
@@ -97,7 +99,7 @@ def test_download_toggle_has_to_toggle(device: Device) -> None:
 
 @case("2.304")
 def test_abort_ends_a_download(device: Device) -> None:
-    """What came before the client's abort is forgotten; the abort itself is not answered."""
+    """The client's abort discards the data received; the abort is not answered."""
     target = Written(device)
     target.initiate()
     device.sdo.request(b"\x0a" + target.data)
@@ -110,7 +112,7 @@ def test_abort_ends_a_download(device: Device) -> None:
 
 
 @case("2.305")
-def test_silent_client_is_given_up(device: Device) -> None:
+def test_silent_client_times_out(device: Device) -> None:
     """A download whose client sends no segment is aborted with 0504 0000."""
     target = Written(device)
     target.initiate()
@@ -124,7 +126,7 @@ def test_silent_client_is_given_up(device: Device) -> None:
 
 @case("2.306")
 def test_segments_have_the_announced_length(device: Device) -> None:
-    """One byte where two were announced aborts."""
+    """One byte is aborted if two bytes were announced."""
     target = loose(device)
     target.initiate()
     assert device.sdo.aborts(b"\x0d" + target.data[:1]) in LENGTH
@@ -132,8 +134,8 @@ def test_segments_have_the_announced_length(device: Device) -> None:
 
 
 @case("2.307")
-def test_client_may_begin_anew(device: Device) -> None:
-    """A request in the middle of a download is served or aborted, and the download forgotten."""
+def test_client_may_restart(device: Device) -> None:
+    """A request in the middle of a download is served or aborted, and the download discarded."""
     target = Written(device)
     target.initiate()
     assert device.sdo.read_code(0x1000) in {0, *OUT_OF_SEQUENCE}
@@ -142,7 +144,7 @@ def test_client_may_begin_anew(device: Device) -> None:
 
 @case("2.308")
 def test_additional_server_is_served(device: Device) -> None:
-    """With identifiers, the server of 0x1201 answers as the first does; without, not at all."""
+    """The server of 0x1201 answers with its identifiers; without identifiers it does not answer."""
     need_writable(device, SERVER, TO_SERVER)
     need_writable(device, SERVER, TO_CLIENT)
     device.sdo.write(SERVER, TO_SERVER, REQUEST_ID, 4)
@@ -157,7 +159,7 @@ def test_additional_server_is_served(device: Device) -> None:
 
 @case("2.309")
 def test_wrong_checksum_is_refused(device: Device) -> None:
-    """A block whose end has another checksum than its data aborts with 0504 0004."""
+    """A block with a wrong checksum is aborted with 0504 0004."""
     target = Written(device)
     need_block_transfer(device)
     if not target.initiate(0xC6)[0] & 0x04:
@@ -171,7 +173,7 @@ def test_wrong_checksum_is_refused(device: Device) -> None:
 
 @case("2.310")
 def test_block_has_the_announced_length(device: Device) -> None:
-    """One byte where two were announced aborts, at the end at the latest."""
+    """One byte is aborted, at the latest at the end, if two bytes were announced."""
     target = loose(device)
     need_block_transfer(device)
     target.initiate(0xC2)
@@ -181,8 +183,8 @@ def test_block_has_the_announced_length(device: Device) -> None:
 
 
 @case("2.311")
-def test_lost_segment_is_asked_for_again(device: Device) -> None:
-    """Where the first segment is lost, none is acknowledged, and the next attempt is taken."""
+def test_lost_segment_is_requested_again(device: Device) -> None:
+    """If the first segment is lost, no segment is acknowledged, and a retry is accepted."""
     target = Written(device)
     need_block_transfer(device)
     target.initiate(0xC2)
@@ -193,8 +195,8 @@ def test_lost_segment_is_asked_for_again(device: Device) -> None:
 
 
 @case("2.312")
-def test_client_says_how_long_a_block_is(device: Device) -> None:
-    """Blocks have one segment, then two, as the client asks for."""
+def test_client_sets_the_block_size(device: Device) -> None:
+    """Blocks have one segment, then two, as the client requests."""
     need_block_transfer(device)
     key = long_object(device, more_than=2 * SEGMENT)
     data = device.sdo.upload(*key)
@@ -213,7 +215,7 @@ def test_client_says_how_long_a_block_is(device: Device) -> None:
 
 @case("2.313")
 def test_reserved_bytes_are_zero(device: Device) -> None:
-    """Confirmations of downloads have nothing but zeros behind what they say."""
+    """Unused bytes of the confirmations of downloads are 0."""
     target = Written(device)
     answer = device.sdo.request(head(0x2B, *target.key) + target.before)
     assert answer[4:] == bytes(4), f"download: {answer.hex()}"
@@ -230,7 +232,7 @@ def test_reserved_bytes_are_zero(device: Device) -> None:
 
 @case("2.315")
 def test_subindices_end_with_the_last(device: Device) -> None:
-    """The sub-index behind the last of each array and record is 0609 0011."""
+    """The sub-index after the last one of each array and record is refused with 0609 0011."""
     for index in device.eds.indices():
         present = [n for i, n in device.eds.variables if i == index and n < STRUCTURE]
         if 1 <= max(present) < STRUCTURE - 1:
@@ -240,6 +242,6 @@ def test_subindices_end_with_the_last(device: Device) -> None:
 
 @case("2.316")
 def test_absent_objects_are_not_written(device: Device) -> None:
-    """A write to a reserved object is 0602 0000, one to a sub-index of a variable 0609 0011."""
+    """Writing a reserved object aborts with 0602 0000, a sub-index of a variable with 0609 0011."""
     assert device.sdo.write_code(0x1004, 0, bytes(4)) in NO_SUCH_OBJECT
     assert device.sdo.write_code(0x1000, 1, bytes(4)) in NO_SUCH_SUBINDEX

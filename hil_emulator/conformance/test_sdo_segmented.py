@@ -16,7 +16,7 @@ TIME_MS = 60_000
 
 
 def long_object(device: Device, more_than: int = 4) -> tuple[int, int]:
-    """Return an object that the device sends in segments, of more than so many bytes."""
+    """Return an object of more than `more_than` bytes, which the device sends in segments."""
     for variable in strings(device.eds):
         key = variable.index, variable.subindex
         if device.sdo.read_code(*key) == 0 and len(device.sdo.upload(*key)) > more_than:
@@ -25,12 +25,12 @@ def long_object(device: Device, more_than: int = 4) -> tuple[int, int]:
 
 
 def time_ms(device: Device, index: int) -> bytes:
-    """Return a minute in ms, or less where the object's limit is lower."""
+    """Return a minute in ms, or the object's upper limit if that is lower."""
     return device.eds.limited(index, TIME_MS).to_bytes(2, "little")
 
 
 def takes_segmented(device: Device, index: int) -> None:
-    """Check that an object can be written in segments and holds what was written."""
+    """Check that an object can be written in segments and has the value written."""
     need_writable(device, index)
     value = time_ms(device, index)
     device.sdo.download(index, 0, value, segmented=True)
@@ -39,26 +39,26 @@ def takes_segmented(device: Device, index: int) -> None:
 
 @case("2.13")
 def test_no_segment_follows_an_expedited_answer(device: Device) -> None:
-    """Device type is read, in segments if the device likes; then there are no more of them."""
+    """After a read of the device type, expedited or segmented, a request for a segment aborts."""
     device.sdo.upload(0x1000)
     assert device.sdo.aborts(bytes([0x60])) in OUT_OF_SEQUENCE
 
 
 @case("2.14")
 def test_guard_time_is_taken_in_segments(device: Device) -> None:
-    """0x100C, written in one segment, reads back."""
+    """0x100C, written in one segment, has the value written."""
     takes_segmented(device, GUARD_TIME)
 
 
 @case("2.15")
 def test_heartbeat_time_is_taken_in_segments(device: Device) -> None:
-    """0x1017, written in one segment, reads back."""
+    """0x1017, written in one segment, has the value written."""
     takes_segmented(device, HEARTBEAT_PRODUCER)
 
 
 @case("2.16")
 def test_segmented_upload_announces_its_size(device: Device) -> None:
-    """The size that the first answer indicates is what the segments hold."""
+    """The size in the first answer is the length of the segments' data."""
     answer = device.sdo.initiate_upload(*long_object(device))
     assert answer[0] == 0x41, f"{answer.hex()} indicates no size"
     assert len(device.sdo.upload_segments()) == int.from_bytes(answer[4:], "little") > 4
@@ -66,7 +66,7 @@ def test_segmented_upload_announces_its_size(device: Device) -> None:
 
 @case("2.17")
 def test_toggle_bit_has_to_toggle(device: Device) -> None:
-    """A first segment asked for with the toggle bit set aborts, and the transfer is over."""
+    """A first request for a segment with the toggle bit set aborts the transfer."""
     key = long_object(device)
     device.sdo.initiate_upload(*key)
     assert device.sdo.aborts(bytes([0x70])) in TOGGLE_NOT_ALTERNATED
@@ -76,7 +76,7 @@ def test_toggle_bit_has_to_toggle(device: Device) -> None:
 
 @case("2.18")
 def test_long_objects_are_uploaded_in_segments(device: Device) -> None:
-    """Every string reads as the EDS has it, twice the same where the EDS says nothing."""
+    """Every string has the value of the EDS, or the same value in two reads without a default."""
     long_object(device)
     for variable in strings(device.eds):
         key = variable.index, variable.subindex
@@ -89,7 +89,7 @@ def test_long_objects_are_uploaded_in_segments(device: Device) -> None:
 
 @case("2.314")
 def test_segments_have_the_length_of_the_object(device: Device) -> None:
-    """A download without a size aborts when it has more or fewer bytes than its object."""
+    """A download without a size is aborted if it has more or fewer bytes than its object."""
     need_writable(device, HEARTBEAT_PRODUCER)
     before = device.sdo.upload(HEARTBEAT_PRODUCER)
     for size in (1, 3, SEGMENT):

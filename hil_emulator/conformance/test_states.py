@@ -25,9 +25,9 @@ STATES = (PRE_OPERATIONAL, OPERATIONAL, STOPPED)
 
 
 def synchronous_pdo(device: Device) -> int | None:
-    """Return the identifier of a TPDO sent at every SYNC, the only one there is.
+    """Enable only one TPDO, sent at every SYNC; return its identifier.
 
-    None where the device consumes no SYNC or has no TPDO: services besides PDO are judged then.
+    Without a SYNC consumer or a TPDO the result is None, and only other services are checked.
     """
     if SYNC_COB_ID not in device.eds or not device.eds.indices(TPDO_RECORDS):
         return None
@@ -38,20 +38,20 @@ def synchronous_pdo(device: Device) -> int | None:
 
 
 def check_sync(device: Device, can_id: int | None, *, answered: bool) -> None:
-    """Check whether SYNC has the TPDO sent; the device may have none."""
+    """Check whether SYNC triggers the TPDO, if there is one."""
     if can_id is not None:
         assert answers_sync(device, can_id) == answered
 
 
 def answers_sync(device: Device, can_id: int) -> bool:
-    """Return whether SYNC has the TPDO sent."""
+    """Return whether SYNC triggers the TPDO."""
     since = len(device.wire.log)
     device.wire.send(SYNC)
     return device.wire.await_frame(can_id, since=since, patience_ms=SETTLE_MS) is not None
 
 
 def check_state(device: Device, state: int) -> None:
-    """Check by heartbeat, else by guarding, else by its services, which state it is."""
+    """Check the state by heartbeat, else by guarding, else by the services."""
     if device.watch_state():
         device.expect_state(state)
     elif device.wire.remote_frames and device.guard() is not None:
@@ -60,7 +60,7 @@ def check_state(device: Device, state: int) -> None:
 
 
 def check_reachable(device: Device, target: int) -> None:
-    """Check that a command, to the node or to all, leads to a state from every state."""
+    """Check that a command, to the node or to all nodes, leads to `target` from every state."""
     if device.eds.writable(HEARTBEAT_PRODUCER):
         device.sdo.write(HEARTBEAT_PRODUCER, 0, 20, 2)
     for origin in STATES:
@@ -73,7 +73,7 @@ def check_reachable(device: Device, target: int) -> None:
 
 @case("9.1")
 def test_boot_up_comes_with_defaults(device: Device) -> None:
-    """Reset node brings the boot-up message, and parameters are at their defaults."""
+    """After reset node a boot-up message is sent, and parameters have their defaults."""
     key = HEARTBEAT_PRODUCER, 0
     if device.eds.writable(*key):
         device.sdo.write(*key, 777, 2)
@@ -84,9 +84,9 @@ def test_boot_up_comes_with_defaults(device: Device) -> None:
 
 @case("9.2")
 def test_pre_operational_follows_boot_up(device: Device, request: pytest.FixtureRequest) -> None:
-    """After boot-up, unasked, the state is PRE-OPERATIONAL: SDO is answered and SYNC is not.
+    """After boot-up, without a command, the state is PRE-OPERATIONAL: SDO works, SYNC does not.
 
-    A device that starts itself says so in 0x1F80 (CiA 302-2), or is said to by `--self-starting`.
+    OPERATIONAL is accepted for a self-starting device by 0x1F80 (CiA 302-2) or `--self-starting`.
     """
     if device.self_starting:
         assert request.config.getoption("--self-starting") or _may_start(device), (
@@ -111,7 +111,7 @@ def test_operational_serves_everything(device: Device) -> None:
 
 @case("9.4")
 def test_stopped_serves_error_control_alone(device: Device) -> None:
-    """In STOPPED neither SDO nor SYNC is answered, and nothing but error control is sent."""
+    """In STOPPED neither SDO nor SYNC is answered, and only error control is sent."""
     can_id = synchronous_pdo(device)
     device.enter(OPERATIONAL)
     device.enter(STOPPED)
@@ -126,7 +126,7 @@ def test_stopped_serves_error_control_alone(device: Device) -> None:
 
 @case("10.1")
 def test_reset_from_every_state(device: Device) -> None:
-    """Both resets, to the node or to all, end in a boot-up message and PRE-OPERATIONAL."""
+    """Both resets, to the node or to all nodes, lead to a boot-up message and PRE-OPERATIONAL."""
     for command in (RESET_NODE, RESET_COMMUNICATION):
         for origin in STATES:
             for address in (device.node_id, EVERYBODY):
@@ -137,13 +137,13 @@ def test_reset_from_every_state(device: Device) -> None:
 
 @case("10.2")
 def test_pre_operational_from_every_state(device: Device) -> None:
-    """Enter PRE-OPERATIONAL is obeyed in every state."""
+    """Enter PRE-OPERATIONAL is executed in every state."""
     check_reachable(device, PRE_OPERATIONAL)
 
 
 @case("10.3")
 def test_operational_from_every_state(device: Device) -> None:
-    """Start is obeyed in every state; a start to another node is not."""
+    """Start is executed in every state; a start to another node is ignored."""
     device.nmt(START, device.node_id % 127 + 1)
     check_state(device, PRE_OPERATIONAL)
     check_reachable(device, OPERATIONAL)
@@ -151,15 +151,15 @@ def test_operational_from_every_state(device: Device) -> None:
 
 @case("10.4")
 def test_stopped_from_every_state(device: Device) -> None:
-    """Stop is obeyed in every state."""
+    """Stop is executed in every state."""
     check_reachable(device, STOPPED)
 
 
 def _may_start(device: Device) -> bool:
-    """Tell whether the device's 0x1F80 lets it start: no NMT master, and bit 2 clear."""
+    """Return whether 0x1F80 allows a self-start: not an NMT master, and bit 2 clear."""
     return NMT_STARTUP in device.eds and not device.sdo.read(NMT_STARTUP) & WAITS_FOR_MASTER
 
 
 def _of_device(device: Device, can_id: int) -> bool:
-    """Tell whether an identifier is one of the device's in the predefined connection set."""
+    """Return whether an identifier belongs to the device in the predefined connection set."""
     return can_id & 0x7F == device.node_id

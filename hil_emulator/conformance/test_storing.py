@@ -22,11 +22,11 @@ KEPT_MS = 4321
 ALL, COMMUNICATION = 1, 2
 RESTRICTED = (0x000, 0x001, 0x07F, 0x101, 0x180, 0x581, 0x5FF, 0x601, 0x67F, 0x6E0, 0x6FF,
               0x701, 0x77F, 0x780, 0x7FF)  # fmt: skip
-"""First and last of each range no configurable object may use."""
+"""First and last identifier of each restricted range."""
 
 
 def check_refused(device: Device, index: int, subindex: int) -> None:
-    """Check that neither a wrong signature nor none at all is obeyed."""
+    """Check that a wrong signature and a missing signature are refused."""
     need_writable(device, index, subindex)
     for signature in (WRONG, bytes(4)):
         assert device.sdo.write_code(index, subindex, signature) in NOT_STORED, signature
@@ -45,7 +45,7 @@ def save(device: Device, subindex: int) -> int:
 
 
 def check_restored(device: Device, subindex: int) -> None:
-    """Check that restoring brings the default back, no sooner than with the next reset."""
+    """Check that restoring sets the default at the next reset, not before."""
     need_writable(device, RESTORE_PARAMETERS, subindex)
     before = save(device, subindex)
     device.sdo.download(RESTORE_PARAMETERS, subindex, LOAD)
@@ -56,55 +56,55 @@ def check_restored(device: Device, subindex: int) -> None:
 
 @case("8.1")
 def test_saving_needs_the_signature(device: Device) -> None:
-    """0x1010:01 refuses anything but "save"."""
+    """0x1010:01 refuses any value but "save"."""
     check_refused(device, STORE_PARAMETERS, ALL)
 
 
 @case("8.2")
 def test_saved_parameters_survive(storing: Device) -> None:
-    """What 0x1010:01 saved is there after reset node."""
+    """Values saved by 0x1010:01 are kept over reset node."""
     save(storing, ALL)
 
 
 @case("8.3")
 def test_restoring_needs_the_signature(device: Device) -> None:
-    """0x1011:01 refuses anything but "load"."""
+    """0x1011:01 refuses any value but "load"."""
     check_refused(device, RESTORE_PARAMETERS, ALL)
 
 
 @case("8.4")
 def test_defaults_are_restored(storing: Device) -> None:
-    """After "load" to 0x1011:01 and a reset, the default is back."""
+    """After "load" to 0x1011:01 and a reset, the parameter has its default."""
     check_restored(storing, ALL)
 
 
 @case("8.5")
 def test_saving_communication_needs_the_signature(device: Device) -> None:
-    """0x1010:02 refuses anything but "save"."""
+    """0x1010:02 refuses any value but "save"."""
     check_refused(device, STORE_PARAMETERS, COMMUNICATION)
 
 
 @case("8.6")
 def test_saved_communication_parameters_survive(storing: Device) -> None:
-    """What 0x1010:02 saved is there after reset node."""
+    """Values saved by 0x1010:02 are kept over reset node."""
     save(storing, COMMUNICATION)
 
 
 @case("8.7")
 def test_restoring_communication_needs_the_signature(device: Device) -> None:
-    """0x1011:02 refuses anything but "load"."""
+    """0x1011:02 refuses any value but "load"."""
     check_refused(device, RESTORE_PARAMETERS, COMMUNICATION)
 
 
 @case("8.8")
 def test_communication_defaults_are_restored(storing: Device) -> None:
-    """After "load" to 0x1011:02 and a reset, the default is back."""
+    """After "load" to 0x1011:02 and a reset, the parameter has its default."""
     check_restored(storing, COMMUNICATION)
 
 
 @case("8.9")
 def test_configuration_date_is_kept(storing: Device) -> None:
-    """0x1020, saved, is there after reset node, and 0 once a parameter has changed."""
+    """0x1020, saved, is kept over reset node, and becomes 0 when a parameter changes."""
     need_object(storing, VERIFY_CONFIGURATION)
     need_writable(storing, STORE_PARAMETERS, ALL)
     date, time = 15_000, 43_200_000
@@ -120,11 +120,11 @@ def test_configuration_date_is_kept(storing: Device) -> None:
 
 @case("8.10")
 def test_restricted_identifiers_are_refused(device: Device) -> None:
-    """Neither PDO nor SYNC nor EMCY can be given an identifier that is restricted."""
+    """PDO, SYNC and EMCY refuse restricted identifiers."""
     objects = [(pdo.index, COB_ID) for pdo in pdos(device)] + [(SYNC_COB_ID, 0), (EMCY_COB_ID, 0)]
     writable = [key for key in objects if device.eds.writable(*key)]
     for key in writable:
-        if key[0] != SYNC_COB_ID:  # bit 31 of SYNC means nothing
+        if key[0] != SYNC_COB_ID:  # bit 31 of SYNC is not used
             device.sdo.write(*key, device.sdo.read(*key) | INVALID, 4)
         for can_id in RESTRICTED:
             code = device.sdo.write_code(*key, can_id.to_bytes(4, "little"))

@@ -22,13 +22,13 @@ LOCKED = {0x0800_0022, 0x0800_0000}
 SYNC_LENGTH_ERROR = 0x8240
 PERIOD_US = 20_000
 OTHER_SYNC = 0x6D0
-"""Not restricted, and of no predefined connection."""
+"""Identifier that is not restricted and not in the predefined connection set."""
 WATCH_MS = 500
 SYNCS = 5
 
 
 def produces(device: Device) -> bool:
-    """Switch the SYNC producer on; tell whether the device has one."""
+    """Switch the SYNC producer on; return whether the device has a SYNC producer."""
     if not (device.eds.writable(SYNC_COB_ID) and device.eds.writable(CYCLE_PERIOD)):
         return False
     device.sdo.write(CYCLE_PERIOD, 0, PERIOD_US, 4)
@@ -38,17 +38,17 @@ def produces(device: Device) -> bool:
 
 
 def synchronous(device: Device, overflow: int = 0) -> list[Pdo]:
-    """Return the TPDOs, all sent at every SYNC, which has such a counter."""
+    """Return the TPDOs, all sent at every SYNC, with this overflow of the SYNC counter."""
     need_sync(device)
-    found = usable(device, overflow)
-    for pdo in found:
+    tpdos = usable(device, overflow)
+    for pdo in tpdos:
         pdo.configure(EVERY)
         pdo.enable()
-    return found
+    return tpdos
 
 
 def check_answered(device: Device, pdos: list[Pdo], counters: list[int | None], sync: int) -> None:
-    """Check that each SYNC is answered by each TPDO once, and by no emergency."""
+    """Check that each SYNC triggers each TPDO once, and no emergency."""
     identifiers = [pdo.can_id for pdo in pdos]
     device.enter(OPERATIONAL)
     since = len(device.wire.log)
@@ -72,7 +72,7 @@ def test_predefined_sync_is_consumed(device: Device) -> None:
 
 @case("6.2")
 def test_sync_is_produced_or_not(device: Device) -> None:
-    """A producer sends SYNC at its period until told to stop; others refuse to, and do not."""
+    """A producer sends SYNC at its period until it is switched off; other devices refuse."""
     producing = produces(device)
     heard, elapsed_ms = device.wire.watch(SYNC, 3 if producing else 0, WATCH_MS)
     count = len(heard)
@@ -95,7 +95,7 @@ def test_every_sync_is_answered(device: Device) -> None:
 
 @case("6.4")
 def test_consumer_needs_no_period(device: Device) -> None:
-    """With 0x1006 at 0, no SYNC is sent, and those of others are consumed."""
+    """With 0x1006 = 0, the device sends no SYNC, and consumes the SYNC of others."""
     need_writable(device, SYNC_COB_ID)
     device.sdo.write(SYNC_COB_ID, 0, SYNC, 4)
     since = len(device.wire.log)
@@ -105,7 +105,7 @@ def test_consumer_needs_no_period(device: Device) -> None:
 
 @case("6.5")
 def test_invalid_overflow_is_refused(device: Device) -> None:
-    """1 and 241 to 255 are no counter overflow values."""
+    """Counter overflow values 1 and 241 to 255 are refused."""
     need_writable(device, SYNC_OVERFLOW)
     device.prepare_sync()
     for value in (1, 241, 255):
@@ -115,14 +115,14 @@ def test_invalid_overflow_is_refused(device: Device) -> None:
 
 @case("6.6")
 def test_overflow_of_zero_means_no_counter(device: Device) -> None:
-    """With 0x1019 at 0, a SYNC without data is right."""
+    """With 0x1019 = 0, a SYNC without data is accepted."""
     need_writable(device, SYNC_OVERFLOW)
     check_answered(device, synchronous(device), [None] * SYNCS, SYNC)
 
 
 @case("6.7")
 def test_counter_runs_from_one_to_the_overflow(device: Device) -> None:
-    """A producer counts 1, 2, 3, 1, ...; a consumer takes a SYNC that does."""
+    """A producer counts 1, 2, 3, 1, ...; a consumer accepts this counter."""
     need_writable(device, SYNC_OVERFLOW)
     device.prepare_sync(overflow=3)
     if not produces(device):
@@ -136,7 +136,7 @@ def test_counter_runs_from_one_to_the_overflow(device: Device) -> None:
 
 @case("6.8")
 def test_overflow_is_kept_over_a_restart(storing: Device) -> None:
-    """Saved, 0x1019 has its value again after reset node."""
+    """0x1019, saved, keeps its value over reset node."""
     need_writable(storing, SYNC_OVERFLOW)
     need_writable(storing, STORE_PARAMETERS, 1)
     storing.prepare_sync(overflow=20)
@@ -158,7 +158,7 @@ def test_overflow_is_locked_by_a_period(device: Device) -> None:
 
 @case("6.10")
 def test_sync_parameters_are_kept_over_a_restart(storing: Device) -> None:
-    """Identifier, period and window are as saved after reset node, and the identifier acts."""
+    """Saved identifier, period and window are kept over reset node, and the identifier is used."""
     need_writable(storing, SYNC_COB_ID)
     need_writable(storing, STORE_PARAMETERS, 1)
     values = {SYNC_COB_ID: OTHER_SYNC, CYCLE_PERIOD: PERIOD_US, WINDOW: PERIOD_US}

@@ -1,4 +1,4 @@
-"""Chapter 6, own cases: SYNC that is wrong, and when it is not produced (CiA 301 7.2.5)."""
+"""Chapter 6, additional cases: wrong SYNC messages, and the SYNC producer (CiA 301 7.2.5)."""
 
 import pytest
 
@@ -21,14 +21,14 @@ WATCH_MS = 250
 
 
 def producing(device: Device) -> None:
-    """Have the device produce SYNC; the case is skipped where it does not."""
+    """Switch the SYNC producer on; skip the case for a device without a SYNC producer."""
     if not produces(device):
         pytest.skip("the device produces no SYNC")
 
 
 @case("6.301")
 def test_wrong_length_is_reported(device: Device) -> None:
-    """A SYNC with a byte too many, or without its counter, is answered by emergency 8240 alone."""
+    """A SYNC with a byte too many, or without its counter, causes only an emergency 8240."""
     need_object(device, SYNC_COB_ID)
     need_object(device, EMCY_COB_ID)
     overflows = (0, OVERFLOW) if device.eds.writable(SYNC_OVERFLOW) else (0,)
@@ -66,7 +66,7 @@ def test_identifier_of_a_producer_is_locked(device: Device) -> None:
 
 @case("6.304")
 def test_counter_begins_with_one(device: Device) -> None:
-    """Switched on, and switched on again, a producer begins its counter with 1."""
+    """A producer starts its counter at 1 each time it is switched on."""
     need_writable(device, SYNC_OVERFLOW)
     for _ in range(2):
         device.prepare_sync(overflow=OVERFLOW)
@@ -79,7 +79,7 @@ def test_counter_begins_with_one(device: Device) -> None:
 
 @case("6.305")
 def test_sync_stops_when_switched_off(device: Device) -> None:
-    """With bit 30 of 0x1005 cleared the producer sends no further SYNC, whatever the period."""
+    """With bit 30 of 0x1005 cleared the producer sends no further SYNC."""
     producing(device)
     device.wire.run(WATCH_MS)
     device.sdo.write(SYNC_COB_ID, 0, SYNC, 4)

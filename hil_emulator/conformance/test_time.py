@@ -14,7 +14,7 @@ LENGTH, MS_PER_DAY = 6, 86_400_000
 MILLISECONDS, RESERVED = 0x0FFF_FFFF, 0xF000_0000
 CANNOT_PRODUCE = {0x0609_0030, 0x0601_0002, 0x0800_0000}
 PATIENCE_MS = 5_000
-"""CiA 301 does not say how often TIME comes. Assumed."""
+"""Longest period of TIME, which CiA 301 does not define (assumed)."""
 SETTLE_MS = 20
 
 
@@ -24,23 +24,23 @@ def time_of_day(milliseconds: int, days: int) -> bytes:
 
 
 def shown(device: Device, variable: Entry) -> bytes:
-    """Return what the object that shows the time has."""
+    """Return the value of the object that shows the time."""
     device.wire.run(SETTLE_MS)
     return device.sdo.upload(variable.index, variable.subindex)
 
 
 def clock(device: Device) -> Entry:
-    """Return the object that shows the time of the network; the case is skipped without one."""
+    """Return the object that shows the network time; skip the case without such an object."""
     need_writable(device, TIME_COB_ID)
-    found = [
+    variables = [
         v
         for v in device.eds.variables.values()
         if v.type.name == "TIME_OF_DAY" and v.readable and not v.writable
     ]
-    if not found:
+    if not variables:
         pytest.skip("no object shows the time")
     device.sdo.write(TIME_COB_ID, 0, CONSUME | TIME, 4)
-    return found[0]
+    return variables[0]
 
 
 @case("12.1")
@@ -53,7 +53,7 @@ def test_time_has_the_identifier_of_the_eds(device: Device) -> None:
 
 @case("12.2")
 def test_time_is_shown(device: Device) -> None:
-    """What TIME tells is what the object shows."""
+    """The object shows the time of the TIME message."""
     variable = clock(device)
     for message in (time_of_day(43_200_000, 15_000), time_of_day(1, 15_001)):
         device.wire.send(TIME, message)
@@ -72,7 +72,7 @@ def test_time_is_not_consumed_unasked(device: Device) -> None:
 
 @case("12.4")
 def test_time_has_six_bytes(device: Device) -> None:
-    """A message of four bytes is no TIME."""
+    """A message of four bytes is ignored."""
     variable = clock(device)
     before = shown(device, variable)
     device.wire.send(TIME, time_of_day(43_200_000, 15_000)[:4])
@@ -81,7 +81,7 @@ def test_time_has_six_bytes(device: Device) -> None:
 
 @case("12.6")
 def test_time_goes_on_from_1984(device: Device) -> None:
-    """A device that received TIME and then produces it goes on from there."""
+    """A device that has received TIME and then produces it continues from the time received."""
     clock(device)
     days = 15_000
     device.wire.send(TIME, time_of_day(43_200_000, days))
@@ -90,7 +90,7 @@ def test_time_goes_on_from_1984(device: Device) -> None:
     since = len(device.wire.log)
     data = device.wire.await_frame(TIME, since=since, patience_ms=PATIENCE_MS)
     if code or data is None:
-        pytest.skip("the device produces no TIME, or less than every 5 s")
+        pytest.skip("the device produces no TIME within 5 s")
     shown_days = int.from_bytes(data[4:], "little")
     if shown_days == 0:
         pytest.skip("the device has a clock of its own, which TIME does not set")
@@ -99,7 +99,7 @@ def test_time_goes_on_from_1984(device: Device) -> None:
 
 @case("12.5")
 def test_time_passes(device: Device) -> None:
-    """A producer's messages have six bytes, and lie as far apart as they say."""
+    """A producer's messages have six bytes, and their distance equals the difference of times."""
     need_writable(device, TIME_COB_ID)
     code = device.sdo.write_code(TIME_COB_ID, 0, (PRODUCE | TIME).to_bytes(4, "little"))
     if code:
@@ -109,7 +109,7 @@ def test_time_passes(device: Device) -> None:
     for _ in range(2):
         data = device.wire.await_frame(TIME, since=since, patience_ms=PATIENCE_MS)
         if data is None:
-            pytest.skip("no TIME in 5 s; CiA 301 does not say how often it comes")
+            pytest.skip("no TIME in 5 s; CiA 301 does not define its period")
         assert len(data) == LENGTH
         since = len(device.wire.log)
         heard.append((device.wire.now_ns / NS_PER_MS, _milliseconds(data)))
@@ -121,5 +121,5 @@ def _milliseconds(data: bytes) -> int:
     """Return a TIME_OF_DAY in ms since 1984."""
     number = int.from_bytes(data, "little")
     assert not number & RESERVED, f"{data.hex()}: the upper bits of the milliseconds are reserved"
-    assert number & MILLISECONDS < MS_PER_DAY, f"{data.hex()} is no time of a day"
+    assert number & MILLISECONDS < MS_PER_DAY, f"{data.hex()} is not a time of day"
     return (number >> 32) * MS_PER_DAY + (number & MILLISECONDS)

@@ -1,4 +1,4 @@
-"""Frames and time as the suite sees them, whether time passes by itself or is stepped."""
+"""Frames and time of the suite, with the wall clock or stepped time."""
 
 import time
 from collections.abc import Callable, Iterable
@@ -8,21 +8,21 @@ from hil_emulator.frame import Frame
 
 NS_PER_MS = 1_000_000
 PATIENCE_MS = 5_000
-"""How long the suite waits for what must come; only a failing case waits that long. Assumed."""
+"""Longest wait for an expected frame; only a failing case waits that long (assumed)."""
 
 NO_REMOTE_FRAMES = frozenset({"socketcand", "socketcand_server"})
 """Interfaces of python-can that carry no remote frames."""
 
 
-class Door(Protocol):
+class SuitePort(Protocol):
     """The bus: `hil_emulator.bus.bus.Bus`."""
 
     def receive(self) -> list[Frame]:
-        """Return what has arrived, never wait."""
+        """Return the frames received, without waiting."""
         ...
 
     def send(self, frames: Iterable[Frame]) -> None:
-        """Send frames, never wait."""
+        """Send frames, without waiting."""
         ...
 
     def wait(self, timeout: float) -> bool:
@@ -31,35 +31,35 @@ class Door(Protocol):
 
 
 class Time(Protocol):
-    """How time passes for the device."""
+    """The time of the device."""
 
     def now_ns(self) -> int:
         """Return the present moment."""
         ...
 
-    def advance(self, door: Door) -> None:
-        """Let a moment pass, in which the device may have sent something."""
+    def advance(self, port: SuitePort) -> None:
+        """Advance the time by a small step, in which the device may send frames."""
         ...
 
 
 class WallTime:
-    """Time that passes by itself: the device runs elsewhere."""
+    """Wall-clock time, for a device outside this process."""
 
     def now_ns(self) -> int:
         """Return the present moment."""
         return time.monotonic_ns()
 
-    def advance(self, door: Door) -> None:
+    def advance(self, port: SuitePort) -> None:
         """Wait for a frame, at most 2 ms."""
-        door.wait(0.002)
+        port.wait(0.002)
 
 
 class SteppedTime:
-    """Time that the suite moves: the device is in this process.
+    """Time that the suite steps, for a device in this process.
 
     Args:
-        step: lets one tick of the device pass.
-        tick_ns: how long that is.
+        step: executes one tick of the device.
+        tick_ns: length of the tick.
 
     """
 
@@ -72,36 +72,36 @@ class SteppedTime:
         """Return the present moment."""
         return self._now_ns
 
-    def advance(self, door: Door) -> None:
-        """Let one tick pass."""
+    def advance(self, port: SuitePort) -> None:
+        """Execute one tick."""
         self._step()
         self._now_ns += self._tick_ns
 
 
 class Heard(NamedTuple):
-    """A frame and when the suite got it."""
+    """A frame and the time of its reception."""
 
     time_ns: int
     frame: Frame
 
 
 class Wire:
-    """The suite's place on the bus.
+    """The suite's connection to the bus.
 
     Args:
-        door: carries the frames.
-        clock: lets time pass.
+        port: sends and receives the frames.
+        clock: advances the time.
         remote_frames: whether the bus carries remote frames.
 
     Attributes:
-        log: every frame heard since `forget`, oldest first.
+        log: every frame received since `forget`, oldest first.
 
     """
 
-    def __init__(self, door: Door, clock: Time, *, remote_frames: bool = True) -> None:
+    def __init__(self, port: SuitePort, clock: Time, *, remote_frames: bool = True) -> None:
         self.remote_frames = remote_frames
         self.log: list[Heard] = []
-        self._door = door
+        self._port = port
         self._clock = clock
 
     @property
@@ -113,10 +113,10 @@ class Wire:
         self, can_id: int, data: bytes = b"", *, remote: bool = False, extended: bool = False
     ) -> None:
         """Send one frame."""
-        self._door.send([Frame(can_id, data, remote, extended)])
+        self._port.send([Frame(can_id, data, remote, extended)])
 
     def run(self, milliseconds: float) -> float:
-        """Listen for a while; return how long it was, in ms: no less, maybe more."""
+        """Record frames for at least `milliseconds`; return the actual duration in ms."""
         begin_ns = now_ns = self._clock.now_ns()
         while now_ns - begin_ns < milliseconds * NS_PER_MS:
             self._take()
@@ -124,10 +124,10 @@ class Wire:
         return (now_ns - begin_ns) / NS_PER_MS
 
     def watch(self, can_id: int, at_least: int, milliseconds: float) -> tuple[list[bytes], float]:
-        """Listen for a while, and longer while there are too few frames, as on a busy machine.
+        """Record frames for at least `milliseconds`, longer if there are fewer than `at_least`.
 
         Returns:
-            The data of the frames with this identifier, and how long it was, in ms.
+            The data of the frames with this identifier, and the actual duration in ms.
 
         """
         since = len(self.log)
@@ -144,13 +144,13 @@ class Wire:
         since: int = 0,
         patience_ms: float = PATIENCE_MS,
     ) -> bytes | None:
-        """Return the data of the first such frame, from the log or still to come; else None.
+        """Return the data of the first matching frame in the log or received later, else None.
 
         Args:
-            can_id: its identifier.
-            wanted: tells by its data whether it is the one.
-            since: where in the log to begin.
-            patience_ms: how long to wait for it.
+            can_id: identifier of the frame.
+            wanted: predicate of the frame's data.
+            since: position in the log at which the search begins.
+            patience_ms: longest waiting time.
 
         """
         end_ns = self._clock.now_ns() + patience_ms * NS_PER_MS
@@ -172,11 +172,11 @@ class Wire:
         ]
 
     def forget(self) -> None:
-        """Empty the log, and drop what has arrived but was not looked at."""
+        """Clear the log, and drop the frames that have not been read."""
         self._take()
         self.log.clear()
 
     def _take(self) -> None:
-        self._clock.advance(self._door)
+        self._clock.advance(self._port)
         now_ns = self._clock.now_ns()
-        self.log += [Heard(now_ns, frame) for frame in self._door.receive()]
+        self.log += [Heard(now_ns, frame) for frame in self._port.receive()]

@@ -1,4 +1,4 @@
-"""How much of a bus the node needs at worst."""
+"""Worst-case bus load of a node."""
 
 from collections.abc import Iterable
 
@@ -40,8 +40,8 @@ def worst_case(
     """Return the load in bit/s of periodic traffic to and from the node in OPERATIONAL.
 
     Counted are TPDOs, RPDOs, SYNC and heartbeat. An event-driven TPDO without event timer is
-    taken to change every tick; an RPDO to come as often as SYNC, without SYNC twice per deadline,
-    without either every tick (assumed). SDO, EMCY and remote frames have no period.
+    assumed to change every tick. An RPDO is assumed to arrive with each SYNC; without SYNC twice
+    per deadline; without a deadline every tick. SDO, EMCY and remote frames have no period.
 
     Args:
         transmit: parameters of the TPDOs.
@@ -65,7 +65,7 @@ def worst_case(
 
 
 def _period_us(parameters: PdoParameters, incoming: bool, sync_us: int, tick_us: int) -> float:
-    """Return the shortest period a PDO is sent with, 0 if it has none."""
+    """Return the shortest period of a PDO, 0 for a PDO without a period."""
     kind = parameters.transmission_type
     period_us = 1000 * parameters.event_timer_ms
     if incoming:

@@ -1,7 +1,7 @@
 """COB-ID parameters: a CAN identifier with flags in bits 29 to 31 (CiA 301 7.5.2).
 
-PDOs may have 29-bit identifiers, unless the device is said to have none; all other services have
-those of 11 bits.
+PDOs may have 29-bit identifiers, unless the configuration excludes them (`extended_ids = false`).
+All other services have 11-bit identifiers.
 """
 
 from hil_emulator.device.abort import AbortCode, SdoAbort
@@ -44,8 +44,8 @@ def check_change(old: int, new: int, *, extended: bool = False) -> None:
     """Refuse a bad identifier, and any change but deletion of an existing object (0609 0030).
 
     An object exists while bit 31 is clear; its bits 0 to 29 are then locked (CiA 301 7.5.2.35).
-    An object that is being deleted, or stays so, may carry any identifier. Whether it may be one
-    of 29 bits, `extended` says.
+    An object that is being deleted, or stays deleted, may carry any identifier. `extended` allows
+    29-bit identifiers.
     """
     if not new & INVALID:
         check_can_id(new, extended=extended)

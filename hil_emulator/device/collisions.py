@@ -1,7 +1,7 @@
-"""COB-IDs that collide: who sends and hears what on one bus (CiA 301 7.3.5).
+"""COB-ID collisions: producers and consumers on one bus (CiA 301 7.3.5).
 
-An identifier belongs to one service, and has one sender. Many nodes may hear SYNC, TIME or the
-same PDO, and a PDO that one node sends another may take; an SDO request has one server.
+An identifier belongs to one service and has one producer. Many nodes may receive SYNC, TIME or the
+same PDO, and the PDO that one node sends may be received by others. An SDO request has one server.
 """
 
 from collections import defaultdict
@@ -45,9 +45,9 @@ def collisions(nodes: Sequence[Node]) -> list[str]:
     for node in {node.node_id: node for node in nodes}.values():
         for use in _uses(node):
             uses[use.identifier].append(use)
-    for identifier, found in sorted(uses.items()):
-        if len({use.service for use in found}) > 1 or sum(use.alone for use in found) > 1:
-            names = " and ".join(dict.fromkeys(use.name for use in found))
+    for identifier, users in sorted(uses.items()):
+        if len({use.service for use in users}) > 1 or sum(use.alone for use in users) > 1:
+            names = " and ".join(dict.fromkeys(use.name for use in users))
             messages.append(f"COB-ID 0x{identifier:03X} is used by {names}; give each its own")
     return messages
 

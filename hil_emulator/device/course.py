@@ -1,4 +1,4 @@
-"""Objects that follow a course over time, whatever the plant does."""
+"""Objects whose value is a given function of time, independent of the plant."""
 
 from bisect import bisect_right
 from collections.abc import Sequence
@@ -10,12 +10,12 @@ from hil_emulator.device.entry import Entry
 class Course:
     """Values that change linearly from corner to corner.
 
-    Before its first corner and after its last the course holds their values; one that repeats
-    begins anew, at time 0, as soon as it has reached the last.
+    Before its first and after its last corner the course holds their values. A repeating course
+    restarts at time 0 when it has reached the last corner.
 
     Args:
         points: time [ns], rising, and value [digits] of each corner; at least one.
-        repeat: whether it begins anew.
+        repeat: whether it restarts after the last corner.
 
     """
 
@@ -58,7 +58,7 @@ class Courses:
         return NOW if self.sources else NEVER
 
     def publish(self, now_ns: int) -> None:
-        """Bring every object to its value of now, within its limits."""
+        """Set every object to its present value, within its limits."""
         for entry, course, low, high in self._followed:
             value = min(max(course.value(now_ns), low), high)
             entry.value = round(value) if entry.type.kind == "integer" else value

@@ -23,7 +23,7 @@ class DataType:
         bits: length in a PDO; 0 where the length is not fixed.
         low: smallest value of an integer or real type, for "bytes" 0.
         high: largest value of an integer or real type, for "bytes" 0.
-        struct_code: the format character of `struct`, or "" where there is none.
+        struct_code: the format character of `struct`, "" if `struct` has no such type.
 
     """
 
@@ -128,4 +128,4 @@ DATA_TYPES: dict[int, DataType] = {
 """Every data type an EDS may name, by its code (CiA 301 7.4.7)."""
 
 BYTE_BOOLEAN = DataType("BOOLEAN", "integer", 8, 0, 1, "B")
-"""A BOOLEAN that takes a byte in PDOs, as CANopenNode and stacks after its pattern have it."""
+"""A BOOLEAN that takes a byte in PDOs, as in CANopenNode and stacks derived from it."""

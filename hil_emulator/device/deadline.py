@@ -1,7 +1,7 @@
-"""Times at which a service acts by itself."""
+"""Times at which a service acts without a frame or write: two special values."""
 
 NEVER = 1 << 63
-"""A time, in nanoseconds, that does not come."""
+"""A time [ns] later than any run."""
 
 NOW = 0
-"""A time, in nanoseconds, that has come in every tick."""
+"""A time [ns] that has passed in every tick."""

@@ -13,17 +13,17 @@ from hil_emulator.device.scale import Scale
 from hil_emulator.errors import UserError
 
 UNCONFIGURED = 0xFF
-"""Node-ID of a device that has none yet (CiA 305)."""
+"""Node-ID of an unconfigured device (CiA 305)."""
 
 COMMUNICATION_OBJECTS = range(0x1000, 0x2000)
-"""What NMT reset communication reloads (CiA 301 7.3.2.2.1)."""
+"""Indices that NMT reset communication reloads (CiA 301 7.3.2.2.1)."""
 
 ALL_OBJECTS = range(0x1000, 0x10000)
-"""What NMT reset node reloads."""
+"""Indices that NMT reset node reloads."""
 
 
 class Watcher(Protocol):
-    """A service that owns an object: it may refuse a new value and hears of a change."""
+    """A service that owns an object: it may refuse a new value and is notified of changes."""
 
     def check(self, entry: Entry, value: Any) -> None:
         """Raise `SdoAbort` to refuse `value`; called before it is stored."""
@@ -41,8 +41,8 @@ class Dictionary:
         source: where the entries come from, for messages.
 
     Attributes:
-        remarks: what was odd about the file that the entries come from.
-        bit_rates: what the device can do [bit/s]; empty where that is not known.
+        remarks: deviations from CiA 306 in the source file.
+        bit_rates: bit rates that the device supports [bit/s]; empty if the file lists no rate.
         extended_ids: whether its PDOs may have 29-bit identifiers.
         before_write: called before a value is stored, or refused.
 
@@ -97,48 +97,48 @@ class Dictionary:
         return index in self._indices
 
     def get(self, index: int, subindex: int = 0) -> Entry | None:
-        """Return an entry, or None where the EDS has none."""
+        """Return an entry, or None if the EDS lacks it."""
         return self._entries.get((index, subindex))
 
     def number(self, index: int, subindex: int = 0) -> Entry | None:
-        """Return an entry that its profile computes with, or None where the EDS has none.
+        """Return a numeric entry of a device profile, or None if the EDS lacks it.
 
         Raises:
-            UserError: the EDS gives it text or a DOMAIN.
+            UserError: the EDS declares it as text or DOMAIN.
 
         """
-        found = self.get(index, subindex)
-        if found is not None and not found.type.numeric:
+        entry = self.get(index, subindex)
+        if entry is not None and not entry.type.numeric:
             raise UserError(
-                f"{self.source} [{found.section}] DataType: {found.type.name}, where the device's "
+                f"{self.source} [{entry.section}] DataType: {entry.type.name}, where the device's "
                 "profile has a number"
             )
-        return found
+        return entry
 
     def entry(self, index: int, subindex: int = 0) -> Entry:
         """Return an entry, or raise `SdoAbort` (0602 0000, 0609 0011)."""
-        found = self._entries.get((index, subindex))
-        if found is not None:
-            return found
-        known = index in self._indices
-        raise SdoAbort(AbortCode.NO_SUCH_SUBINDEX if known else AbortCode.NO_SUCH_OBJECT)
+        match = self._entries.get((index, subindex))
+        if match is not None:
+            return match
+        exists = index in self._indices
+        raise SdoAbort(AbortCode.NO_SUCH_SUBINDEX if exists else AbortCode.NO_SUCH_OBJECT)
 
     def dummy(self, index: int) -> Entry | None:
         """Return the dummy entry of a data type, or None where the EDS forbids its use."""
         return self._dummies.get(index)
 
     def forget_signals(self) -> None:
-        """Let no object show a channel or give a command because of its name in the EDS."""
+        """Unbind all objects from channels and commands; names of the EDS no longer bind."""
         for entry in self._entries.values():
             entry.signal = ""
 
     def assign(self, entry: Entry, signal: str, scale: Scale | None = None) -> None:
-        """Let an object show a channel, as others may too, or give a command.
+        """Bind an object to a channel or a command. Several objects may show one channel.
 
         Args:
             entry: the object.
             signal: the channel or command.
-            scale: what digits stand for; None leaves it to the EDS.
+            scale: physical value of a digit; None keeps the scale of the EDS.
 
         """
         entry.signal = signal
@@ -148,44 +148,44 @@ class Dictionary:
             self._scaled.add(entry)
 
     def scaled(self, entry: Entry | None) -> bool:
-        """Return whether an object has been assigned a scale: no profile may give it another."""
+        """Return whether a scale was assigned to an object; a profile must not change it."""
         return entry in self._scaled
 
     def named(self, name: str) -> Entry | None:
         """Return the first entry that `showing` returns, or None."""
-        found = self.showing(name)
-        return found[0] if found else None
+        entries = self.showing(name)
+        return entries[0] if entries else None
 
     def showing(self, name: str) -> list[Entry]:
-        """Return the entries with this Signal (their ParameterName, where the EDS has none).
+        """Return the entries with this Signal (ParameterName, if the EDS has no Signal).
 
         Raises:
             UserError: several objects have this name without having been assigned it.
 
         """
-        found = [entry for entry in self._entries.values() if entry.signal == name]
-        if len(found) > 1 and not self._assigned.issuperset(found):
-            places = ", ".join(entry.where for entry in found)
+        entries = [entry for entry in self._entries.values() if entry.signal == name]
+        if len(entries) > 1 and not self._assigned.issuperset(entries):
+            places = ", ".join(entry.where for entry in entries)
             raise UserError(
                 f"{self.source}: ParameterName or Signal {name!r} is not unique: {places}"
             )
-        return found
+        return entries
 
     def numbers(self, name: str) -> list[Entry]:
-        """Return the same, each of which holds a number.
+        """Return the entries of `showing`, all of a numeric type.
 
         Raises:
-            UserError: as `showing` does, and if one cannot hold a number.
+            UserError: as `showing`, and if the type of an entry is not numeric.
 
         """
-        found = self.showing(name)
-        for entry in found:
+        entries = self.showing(name)
+        for entry in entries:
             if not entry.type.numeric:
                 raise UserError(
                     f"{self.source} {entry.where} {entry.signal}: a {entry.type.name} cannot "
                     "hold a number"
                 )
-        return found
+        return entries
 
     def read(self, index: int, subindex: int = 0) -> Any:
         """Return a value as an SDO client would see it.
@@ -203,7 +203,7 @@ class Dictionary:
         return entry.value
 
     def write(self, index: int, subindex: int, value: Any) -> None:
-        """Store a value under the rules that bind an SDO client.
+        """Store a value under the access rules of an SDO client.
 
         Raises:
             SdoAbort: no such object, read-only, beyond the limits, or refused by its service.
@@ -238,15 +238,15 @@ class Dictionary:
         self.write(index, subindex, self.writable(index, subindex).type.decode(data))
 
     def watch(self, index: int, watcher: Watcher) -> None:
-        """Let a service own an object: check each new value, hear of each change."""
+        """Make a service the owner of an object: it checks new values and is notified of them."""
         self._watchers[index] = watcher
 
     def observe(self, observer: Callable[[Entry], None]) -> None:
-        """Let a service hear of every entry that has been written, whoever owns it."""
+        """Notify a service of every written entry, whichever service owns the entry."""
         self._observers.append(observer)
 
     def reset(self, indices: range) -> None:
-        """Reload defaults. The services are told by the node, once all values are in place."""
+        """Reload defaults. The node notifies the services once all values are in place."""
         for entry in self._entries.values():
             if entry.index in indices:
                 entry.value = entry.default

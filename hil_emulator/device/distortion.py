@@ -1,19 +1,19 @@
-"""An object that shows something else than its value, as long as something is wrong with it."""
+"""An object that shows a wrong value while a fault is active."""
 
 from collections.abc import Callable
 
 from hil_emulator.device.entry import Entry
 
 Wrong = Callable[[int, float], float]
-"""Returns what is shown at a time [ns] in place of a value [digits]."""
+"""Returns the value [digits] that is shown at a time [ns] in place of the correct one [digits]."""
 
 
 class Distortion:
-    """Shows wrong values of an object; what feeds it, or writes it, changes the sound one.
+    """Shows wrong values of an object; writes to it change the correct value.
 
     Args:
         entry: the object, a number.
-        wrong: what it shows.
+        wrong: computes the value shown.
 
     """
 
@@ -23,7 +23,7 @@ class Distortion:
         self._sound = self._shown = entry.value
 
     def publish(self, now_ns: int) -> None:
-        """Show the wrong value of now, within what the data type can hold."""
+        """Show the present wrong value, saturated to the data type."""
         entry = self._entry
         if entry.value != self._shown:
             self._sound = entry.value
@@ -32,6 +32,6 @@ class Distortion:
         entry.value = self._shown = round(value) if kind.kind == "integer" else value
 
     def end(self) -> None:
-        """Show the sound value again."""
+        """Show the correct value again."""
         if self._entry.value == self._shown:
             self._entry.value = self._sound

@@ -1,9 +1,9 @@
 """EMCY producer, error register and error history (CiA 301 7.2.7, 7.5.2.2, 7.5.2.4).
 
-An error is a condition with a key. Raising it sends one EMCY and sets its bit in 0x1001;
-clearing it drops the bit; when the last one is gone the error reset, code 0000, is sent. While
-others remain no message is sent for one that goes (a "may" in CiA 301): a stock master takes
-code 0000 as "everything is fine".
+An error is a condition with a key. Raising it sends one EMCY and sets its bit in 0x1001; clearing
+it clears the bit. When the last error is cleared the error reset, code 0000, is sent. While others
+are active, clearing an error sends no message (optional in CiA 301), because a stock master reads
+code 0000 as "no error".
 """
 
 from collections import deque
@@ -27,7 +27,7 @@ EMCY_INHIBIT_TIME = 0x1015
 
 NS_PER_100_US = 100_000
 QUEUE_LENGTH = 64
-"""Messages kept while the inhibit time or STOPPED holds them back; the oldest go (assumed)."""
+"""Messages queued during the inhibit time or in STOPPED; the oldest are dropped (assumed)."""
 
 
 class ErrorCode(IntEnum):
@@ -92,11 +92,11 @@ class Emergency:
 
     @property
     def quiet_until_ns(self) -> int:
-        """See `fast_path`: while an error is active, its end is looked for in each tick."""
+        """See `fast_path`: while an error is active, each tick checks for its end."""
         return NOW if self.active or self.queue else NEVER
 
     def reset(self) -> None:
-        """Forget everything: after an NMT reset. What still is wrong will be raised again."""
+        """Clear all errors after an NMT reset. A condition that persists is raised again."""
         self.active: dict[Hashable, _Error] = {}
         self.queue: deque[bytes] = deque(maxlen=QUEUE_LENGTH)
         self._free_ns = 0
@@ -104,7 +104,7 @@ class Emergency:
         self._clear_history()
 
     def raise_error(self, key: Hashable, code: int, bit: ErrorBit, details: bytes = b"") -> None:
-        """Report a condition; the same condition again is no news.
+        """Report a condition; a repeated report of an active condition has no effect.
 
         Args:
             key: names the condition until it is cleared.
@@ -123,7 +123,7 @@ class Emergency:
         self._send(code, details)
 
     def clear(self, key: Hashable) -> None:
-        """Report that a condition is gone."""
+        """Report the end of a condition."""
         if self.active.pop(key, None) is None:
             return
         self._update_register()
@@ -143,7 +143,7 @@ class Emergency:
                 self._free_ns = now_ns + self._inhibit.value * NS_PER_100_US
 
     def check(self, entry: Entry, value: Any) -> None:
-        """Allow 0 alone into the history's counter; lock the COB-ID while EMCY exists."""
+        """Accept only 0 for the history's counter; lock the COB-ID while EMCY exists."""
         if entry.index == EMCY_COB_ID:
             cob_id.check_change(entry.value, value)
         elif value != 0:

@@ -15,8 +15,8 @@ ACCESS_TYPES = frozenset({"ro", "wo", "rw", "rwr", "rww", "const"})
 class Entry:
     """One (index, sub-index) of the dictionary.
 
-    Services that need the value every tick keep the entry and read `value`; nobody keeps a
-    second copy, so an SDO and a PDO can never disagree.
+    Services that need the value every tick keep the entry and read `value`. There is no second
+    copy of the value, so an SDO and a PDO always agree.
 
     Attributes:
         index: 16-bit index.
@@ -30,12 +30,12 @@ class Entry:
         unit: physical unit, "" without one.
         factor: physical value in `unit` per digit.
         offset: physical value in `unit` of 0 digits, such as that of a live zero.
-        reach: smallest and largest digits that the device measures; None for those of the type.
-        mask: bits of the value that count, 0 for all.
+        reach: smallest and largest digits that the device measures; None for the type's range.
+        mask: significant bits of the value, 0 for all bits.
         signal: the channel it shows, or the command it gives: `Signal` of the EDS, else its name.
-        delta: change in digits that is an event of its own, 0 for any (`Delta` of the EDS).
+        delta: change in digits that triggers an event, 0 for any change (`Delta` of the EDS).
         retained: whether it is stored like a parameter although no client may write it.
-        gated: whether a trigger decides which changes are events, rather than any change.
+        gated: whether a trigger decides which changes are events; without, each change is.
         relative: whether the default contains the node-ID ($NODEID).
         default: value after a reset.
         value: an int, float or bytes by data type; None while there is no data to read.
@@ -78,7 +78,7 @@ class Entry:
 
     @property
     def where(self) -> str:
-        """Index and sub-index as people write them, such as 0x1A00:01."""
+        """Index and sub-index as text, such as 0x1A00:01."""
         return f"0x{self.index:04X}:{self.subindex:02X}"
 
     @property
@@ -140,16 +140,16 @@ _VALUE: Any = vars(Entry)["value"]
 
 
 class Lagging(Entry):
-    """An entry that shows a sample, as long as nobody has asked for its value.
+    """An entry that shows a sample and whose value is not up to date.
 
-    Whoever reads or writes the value lets `catch_up` make it an `Entry` again first.
+    The first read or write of the value calls `catch_up`, which makes it an `Entry` again.
     """
 
     __slots__ = ()
 
     @property
     def value(self) -> Any:
-        """The value of now."""
+        """The present value."""
         self.catch_up()
         return _VALUE.__get__(self)
 

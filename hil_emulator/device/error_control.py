@@ -12,7 +12,7 @@ from hil_emulator.frame import Frame
 PRODUCER_HEARTBEAT_TIME = 0x1017
 ERROR_CONTROL_COB_ID = 0x700
 UNSTARTED = -1
-"""Stands for the time of the next heartbeat until the first tick of its period."""
+"""In place of the time of the next heartbeat until the first tick of its period."""
 
 
 class Heartbeat:
@@ -22,7 +22,7 @@ class Heartbeat:
     once (CiA 301 7.2.8.3.2.2: the protocol begins immediately).
 
     Attributes:
-        due_ns: from when on `publish` has something to do.
+        due_ns: time before which `publish` sends nothing.
 
     """
 

@@ -1,8 +1,8 @@
-"""The fast path of a node: its services are skipped while nothing concerns them.
+"""The fast path of a node: its services are skipped while they have nothing to do.
 
 On the fast path a node takes samples, set points and SYNC, and sends TPDOs and its heartbeat.
 `simulation/fast_path_nodes.py` lists the conditions under which a node enters it. A node leaves it
-as soon as one of these comes, with every object and timer as if it had never been on it:
+at the first of these events. Objects and timers are then the same as without the fast path.
 
 1. a frame that is neither SYNC nor of an RPDO that carries set points alone;
 2. the time that a service has declared as its `quiet_until_ns`, or the first frame of an RPDO with
@@ -11,10 +11,10 @@ as soon as one of these comes, with every object and timer as if it had never be
 4. a fault, or frames outside a tick (`Rig.serve`);
 5. a write to the dictionary, or an access to an object that shows the sample.
 
-Every service declares `quiet_until_ns`: the time [ns] from which on it may have something to send
-or to decide if none of 1, 3, 4 and 5 comes before. `NEVER` is right for a service that acts on
-frames and writes alone, `NOW` while it has work in each tick. A service without the attribute keeps
-its node off the fast path.
+Every service declares `quiet_until_ns`: the earliest time [ns] at which it may send or decide
+something without an event of 1, 3, 4 or 5. `NEVER` is right for a service that acts only on frames
+and writes, `NOW` while it has work in each tick. A service without the attribute keeps its node off
+the fast path.
 """
 
 from collections.abc import Callable, Set
@@ -26,10 +26,10 @@ from hil_emulator.device.rpdo import Handler
 from hil_emulator.device.services import Services
 
 Sampled = Callable[[], Measured]
-"""Returns the last sample; always the same object until the next."""
+"""Returns the last sample; the same object until the next sample."""
 
 Routes = dict[int, Handler]
-"""By identifier, what takes a frame."""
+"""Handler of frames by identifier."""
 
 
 class FastPath:
@@ -39,7 +39,7 @@ class FastPath:
         services: the node's services.
 
     Attributes:
-        until_ns: when a service has to be asked again; `NOW` off the fast path.
+        until_ns: when the services' deadlines must be checked again; `NOW` off the fast path.
 
     """
 
@@ -60,8 +60,8 @@ class FastPath:
         """Skip the services from now on.
 
         Args:
-            until_ns: until when they have declared that they are quiet.
-            packed: sends the TPDOs meanwhile.
+            until_ns: the earliest deadline that the services declare.
+            packed: sends the TPDOs on the fast path.
             sampled: returns the last sample.
             leave: leaves the fast path.
 
@@ -72,17 +72,17 @@ class FastPath:
         self._services.sensors.lag(leave)
 
     def still(self, now_ns: int) -> bool:
-        """Return whether the services stay quiet: a deadline may have moved since it was noted."""
+        """Return whether the services still have nothing to do; a deadline may have moved."""
         until_ns = self._services.quiet_until_ns
         if now_ns < until_ns:
             self.until_ns = until_ns
         return now_ns < until_ns
 
     def leave(self, *, renewed: bool) -> None:
-        """Let the services go on.
+        """Resume the services.
 
         Args:
-            renewed: whether there is a newer sample than the last that was published.
+            renewed: whether a newer sample than the last published one exists.
 
         """
         self.until_ns = NOW
@@ -95,11 +95,11 @@ class FastPath:
 def leaving_first(
     routes: Routes, leave: Callable[[], None], kept: Set[int] = frozenset()
 ) -> Routes:
-    """Return routes that leave the fast path before a frame is taken.
+    """Return routes that leave the fast path before a frame is handled.
 
     Args:
         routes: of a node off the fast path.
-        leave: leaves it.
+        leave: leaves the fast path.
         kept: identifiers of set points and SYNC, whose routes stay as they are.
 
     """

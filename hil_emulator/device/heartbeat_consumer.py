@@ -1,7 +1,7 @@
-"""Heartbeat consumer: which other nodes must stay alive, 0x1016 (CiA 301 7.5.2.19).
+"""Heartbeat consumer: monitoring of other nodes, 0x1016 (CiA 301 7.5.2.19).
 
 Each entry has a node-ID in bits 16 to 23 and a time in ms in bits 0 to 15. Monitoring of a node
-starts with its first heartbeat or boot-up; silence for the time is the heartbeat event.
+starts with its first heartbeat or boot-up; no message during the time is the heartbeat event.
 """
 
 from collections.abc import Callable
@@ -23,11 +23,11 @@ class HeartbeatConsumer:
 
     Args:
         dictionary: 0x1016 names the nodes.
-        emergency: told of a node lost (0x8130, first manufacturer byte its node-ID).
-        on_change: called when other nodes are to be watched.
+        emergency: reports a lost node (0x8130, first manufacturer byte its node-ID).
+        on_change: called when the monitored nodes have changed.
 
     Attributes:
-        due_ns: when a node has been silent for its time, if nothing is heard.
+        due_ns: earliest time at which a monitored node times out.
 
     """
 
@@ -43,16 +43,16 @@ class HeartbeatConsumer:
 
     @property
     def node_ids(self) -> list[int]:
-        """The nodes to watch."""
+        """The monitored nodes."""
         return list(self._times_ns)
 
     @property
     def quiet_until_ns(self) -> int:
-        """See `fast_path`: silence of a node is an event."""
+        """See `fast_path`: the timeout of a node is an event."""
         return self.due_ns
 
     def reset(self) -> None:
-        """Read 0x1016 anew; every node is unheard of."""
+        """Read 0x1016 again; monitoring of every node starts with its next heartbeat."""
         self._times_ns = {
             node_id: time_ms * NS_PER_MS
             for node_id, time_ms in (_split(entry.value) for entry in self._entries)
@@ -68,7 +68,7 @@ class HeartbeatConsumer:
         self.due_ns = min(self._deadlines_ns.values())
 
     def expired(self, now_ns: int) -> bool:
-        """Return True once when nodes have been silent for their time, and report them."""
+        """Return True once when nodes have timed out, and report these nodes."""
         if now_ns < self.due_ns:
             return False
         for node_id in [n for n, due_ns in self._deadlines_ns.items() if now_ns >= due_ns]:
@@ -83,14 +83,14 @@ class HeartbeatConsumer:
         return True
 
     def check(self, entry: Entry, value: Any) -> None:
-        """Refuse to watch one node twice (0604 0043)."""
+        """Refuse to monitor a node twice (0604 0043)."""
         node_id, time_ms = _split(value)
         others = [_split(other.value) for other in self._entries if other is not entry]
         if _used(node_id, time_ms) and any(n == node_id and _used(n, t) for n, t in others):
             raise SdoAbort(AbortCode.PARAMETER_INCOMPATIBLE)
 
     def changed(self, entry: Entry) -> None:
-        """Watch what 0x1016 names now."""
+        """Monitor the nodes that 0x1016 lists now."""
         for node_id in self._times_ns:
             self._emergency.clear(("heartbeat", node_id))
         self.reset()

@@ -1,4 +1,4 @@
-"""What a node shows of itself: which object is bound to what, and what its PDOs carry."""
+"""The tables of a node: bindings of its objects, and contents of its PDOs."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from hil_emulator.device.pdo_records import RPDO_MAPPING, TPDO_MAPPING
 from hil_emulator.errors import UserError
 
 MANUFACTURER_OBJECTS = 0x2000
-"""Below this index the device's own services feed every object (CiA 301 7.4)."""
+"""Below this index services of the device feed every object (CiA 301 7.4)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,11 +76,11 @@ def pdo_row(parameters: PdoParameters) -> PdoRow:
 
 
 def checked_parameters(dictionary: Dictionary, number: int, *, receive: bool) -> PdoParameters:
-    """Return a PDO's parameters, or refuse a default mapping or identifier that cannot be.
+    """Return a PDO's parameters, or refuse an impossible default mapping or identifier.
 
     Raises:
         UserError: names the mapping entry and the object, or the PDO with a 29-bit identifier on
-            a device that is said to have none.
+            a device with `extended_ids = false`.
 
     """
     try:
@@ -111,9 +111,9 @@ def checked_parameters(dictionary: Dictionary, number: int, *, receive: bool) ->
 def unfed(
     pdos: Iterable[PdoParameters], sources: Mapping[tuple[int, int], str]
 ) -> list[tuple[str, Entry]]:
-    """Return each object that a TPDO shows though nothing gives it values, with the TPDO's name.
+    """Return each object in a TPDO without a source of values, with the TPDO's name.
 
-    Such an object holds its default. What a master may write counts as fed by the master.
+    Such an object holds its default. An object that a master may write has the master as source.
     """
     return [
         (pdo.name, entry)

@@ -54,13 +54,13 @@ class LssSlave:
         on_leave: called when an unconfigured node has got its node-ID.
 
     Attributes:
-        node_id: of now, 0xFF if unconfigured.
-        pending: takes effect with `activate`.
-        answers: those that have not been sent yet.
+        node_id: the present node-ID, 0xFF if unconfigured.
+        pending: node-ID that takes effect with `activate`.
+        answers: answers that have not been sent yet.
 
     """
 
-    quiet_until_ns = NEVER  # acts outside OPERATIONAL alone
+    quiet_until_ns = NEVER  # acts only outside OPERATIONAL
 
     def __init__(
         self, dictionary: Dictionary, storage: Storage, on_leave: Callable[[], None]
@@ -73,7 +73,7 @@ class LssSlave:
         self.node_id = dictionary.node_id if stored is None else stored[0]
         self.pending = self.node_id
         self._configuring = False
-        # Parts of an address that came in order and were ours, by service.
+        # Number of address parts received in order that match this device, by service.
         self._selected = 0
         self._identified = 0
         self._scan_part = 0
@@ -86,7 +86,7 @@ class LssSlave:
         return self.node_id
 
     def request(self, now_ns: int, data: bytes) -> None:
-        """Take a request; unknown ones are ignored, as CiA 305 asks."""
+        """Handle a request; unknown requests are ignored, as CiA 305 requires."""
         if len(data) != 8:
             return
         service, number = data[0], int.from_bytes(data[1:5], "little")
@@ -120,7 +120,7 @@ class LssSlave:
 
     def _switch_selective(self, part: int, number: int) -> None:
         """Enter configuration once vendor, product, revision and serial came in order."""
-        begins = part == 0  # anew, also where a master has broken off before
+        begins = part == 0  # restarts after an incomplete sequence, too
         expected = (begins or part == self._selected) and number == self._address[part]
         self._selected = part + 1 if expected else 0
         if self._selected == len(self._address) and not self._configuring:
@@ -139,14 +139,14 @@ class LssSlave:
             number <= serial,
             serial <= number,
         )
-        expected = part in (0, self._identified)  # a first part begins anew
+        expected = part in (0, self._identified)  # a first part restarts the sequence
         self._identified = part + 1 if expected and inside[part] else 0
         if self._identified == len(inside):
             self._identified = 0
             self._answer(_Service.IDENTIFIED)
 
     def _fastscan(self, number: int, bit: int, part: int, following: int) -> None:
-        """Answer while the scanned bits are those of our address (CiA 305, fastscan)."""
+        """Answer while the scanned bits match the device's address (CiA 305, fastscan)."""
         if self.node_id != UNCONFIGURED or self._configuring:
             return
         if bit == _NO_BIT_CHECK:

@@ -1,4 +1,4 @@
-"""What a PDO carries: mapping words of 0x1600 and 0x1A00 turned into packed entries."""
+"""Mapping of a PDO: words of 0x1600 and 0x1A00 resolved to packed entries."""
 
 import struct
 from collections.abc import Callable, Iterator, Sequence
@@ -41,12 +41,12 @@ class Mapping:
     """An ordered list of entries as the data of one CAN frame (CiA 301 7.5.2.36).
 
     Args:
-        entries: what the frame carries, first in the least significant bits.
+        entries: objects in the frame, the first in the least significant bits.
 
     Attributes:
-        entries: the same.
+        entries: as given.
         size: length of the frame's data in bytes.
-        unpacker: does as `unpack`, without a step in between where none is needed.
+        unpacker: same as `unpack`, without a call in between for frames of one `struct`.
 
     Raises:
         SdoAbort: 0604 0042, more than 64 bits.

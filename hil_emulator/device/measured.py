@@ -1,4 +1,4 @@
-"""What the sensors report in one tick."""
+"""The sensors' readings of one tick."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""A message of the bus: where each value lies in its data, and what a digit is worth."""
+"""A message of the bus: position and scale of each value in its data."""
 
 import struct
 from dataclasses import dataclass
@@ -82,7 +82,7 @@ class Message:
 
     @property
     def identifier(self) -> int:
-        """What tells its frames from all others: see `Frame.identifier`."""
+        """The unique identifier of its frames: see `Frame.identifier`."""
         return self.can_id | EXTENDED if self.extended else self.can_id
 
     @property

@@ -1,4 +1,4 @@
-"""The node's state, and what changes it: commands, lost partners, itself (CiA 301 7.3.2)."""
+"""The NMT state of a node and its transitions (CiA 301 7.3.2)."""
 
 from collections.abc import Callable
 
@@ -18,11 +18,11 @@ from hil_emulator.device.services import Services
 
 
 class NmtSlave:
-    """Keeps the state of a node and enters others.
+    """Holds the NMT state of a node and makes its transitions.
 
     Args:
-        dictionary: says what follows an error, and whether the node starts by itself.
-        services: start, stop and are reset with it.
+        dictionary: holds the error behaviour (0x1029) and the start-up behaviour (0x1F80).
+        services: are started, stopped and reset with the node.
         autostart: as of `Node`.
         on_route: called when the state has changed.
 
@@ -45,7 +45,7 @@ class NmtSlave:
         self._on_route = on_route
 
     def request(self, now_ns: int, data: bytes) -> None:
-        """Obey a command of the master."""
+        """Execute a command of the master."""
         command = nmt.parse(data, self._dictionary.node_id)
         if command is None or self.state is State.INITIALISING:
             return
@@ -83,7 +83,7 @@ class NmtSlave:
         return not startup.value & (NMT_MASTER | NOT_SELF_STARTING)
 
     def on_communication_error(self) -> None:
-        """Obey 0x1029:01 after bus-off, a heartbeat or life guarding event (CiA 301 7.5.2.32)."""
+        """Apply 0x1029:01 after bus-off, a heartbeat or life guarding event (CiA 301 7.5.2.32)."""
         entry = self._dictionary.get(ERROR_BEHAVIOUR, COMMUNICATION_ERROR)
         behaviour = ErrorBehaviour.PRE_OPERATIONAL if entry is None else entry.value
         if behaviour == ErrorBehaviour.STOPPED and self.state is not State.STOPPED:

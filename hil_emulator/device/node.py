@@ -1,9 +1,8 @@
 """The CANopen node: the services of CiA 301 around one dictionary.
 
-The order of a tick is the contract with the rig: `receive` all frames, move the plant, `publish`
-its sample. Within `publish` frames come in this order, which is nearly that of their priority on a
-bus with the predefined connection set: SYNC, TIME, EMCY, TPDOs by number, SDO answers, error
-control.
+The order of a tick is the contract with the rig: `receive` all frames, integrate the plant,
+`publish` its sample. `publish` sends frames in this order, which nearly matches their priority with
+the predefined connection set: SYNC, TIME, EMCY, TPDOs by number, SDO answers, error control.
 """
 
 from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
@@ -33,7 +32,7 @@ class Node:
     The first `publish` sends the boot-up message and enters PRE-OPERATIONAL.
 
     Args:
-        dictionary: the node's dictionary; the node owns it from here on.
+        dictionary: the node's dictionary; other users must not change it.
         channels: names of the sensor channels; an object of the same name shows the channel.
         commands: safe value in SI of each command the plant understands; the object of the
             same name is its set point.
@@ -43,17 +42,17 @@ class Node:
 
     Attributes:
         dictionary: as given.
-        hears: the identifier of every data frame that the node takes in its present state, with
-            bit 29 set for one of 29 bits, and whether taking it may change what the node takes.
-        asked: the identifiers of the remote frames that it takes.
-        on_route: called when these have changed.
+        hears: identifiers of all data frames that the node accepts in its present state (bit 29
+            set for 29-bit identifiers), and whether the frame may change this table.
+        asked: identifiers of the remote frames that it accepts.
+        on_route: called when these tables have changed.
         fast_path: whether and until when the node is on its fast path.
-        repeat: what `publish` is on the fast path: takes time and record, returns frames.
-        distortions: what is wrong with its objects at present.
+        repeat: replaces `publish` on the fast path: takes time and record, returns frames.
+        distortions: active faults of its objects.
 
     Raises:
-        UserError: a command has no RPDO-mappable object, or a default PDO maps what does not exist
-            or cannot be mapped.
+        UserError: a command has no RPDO-mappable object, or a default PDO maps an object that does
+            not exist or is not mappable.
 
     """
 
@@ -79,7 +78,7 @@ class Node:
             self._configured,
         )
         self._nmt = NmtSlave(dictionary, services, autostart, self._route)
-        # what each tick looks at
+        # used in each tick
         self._profile, self._sensors = services.profile, services.sensors
         self._set_points, self._pdos = services.set_points, services.pdos
         self._consumer, self._guarding = services.consumer, services.guarding
@@ -107,10 +106,10 @@ class Node:
         return self.state is State.OPERATIONAL and self._set_points.commanded
 
     def receive(self, now_ns: int, frames: Iterable[Frame]) -> Mapping[str, float]:
-        """Take all frames the bus carried since the last tick.
+        """Handle all frames since the last tick.
 
         Args:
-            now_ns: time of this tick, not before that of the last.
+            now_ns: time of this tick, not before the last tick's.
             frames: in the order of their arrival; any frame is allowed.
 
         Returns:
@@ -139,12 +138,12 @@ class Node:
         return self._profile.command(now_ns, self._set_points.commands, operational=operational)
 
     def publish(self, now_ns: int, measured: Measured) -> list[Frame]:
-        """Show the tick's sample and return the frames due, in the order they are to be sent.
+        """Show the tick's sample and return the frames due, in the order of sending.
 
         Args:
-            now_ns: the same time `receive` got.
-            measured: one value per channel, in the order of the channels' names. The sample
-                of the last tick, the same object, may be published again: it is no new one.
+            now_ns: time of the preceding `receive`.
+            measured: one value per channel, in the order of the channels' names. The same object
+                as in the last tick is not a new sample.
 
         """
         self.leave_fast_path()
@@ -185,11 +184,11 @@ class Node:
 
     @property
     def quiet_until_ns(self) -> int:
-        """Until when none of its services has anything to do, `NOW` if one has."""
+        """Earliest time at which a service has something to do."""
         return self._services.quiet_until_ns
 
     def packed(self, count: int) -> PackedTpdos | None:
-        """Return what sends its TPDOs on the fast path; None if their services have to.
+        """Return the sender of TPDOs on the fast path; None if TPDOs need their services.
 
         Args:
             count: number of the last sample, as the sensors count them.
@@ -198,11 +197,11 @@ class Node:
         return self._pdos.packed(self._sensors, count)
 
     def enter_fast_path(self, until_ns: int, packed: PackedTpdos, sampled: Sampled) -> None:
-        """Skip the services until something concerns them, and let `packed` publish meanwhile.
+        """Skip the services until they have something to do; `packed` publishes meanwhile.
 
         Args:
-            until_ns: what `quiet_until_ns` was.
-            packed: what `packed()` has returned, with its place in the record.
+            until_ns: value of `quiet_until_ns`.
+            packed: result of `packed()`, with its place in the record.
             sampled: returns the last sample that was published.
 
         """
@@ -211,10 +210,10 @@ class Node:
         self.repeat = packed.publish
 
     def leave_fast_path(self, *, renewed: bool = False) -> None:
-        """Let the services go on, with all that they show brought up to date.
+        """Resume the services with all objects up to date.
 
         Args:
-            renewed: whether there is a newer sample than the last that was published.
+            renewed: whether a newer sample than the last published one exists.
 
         """
         if self.fast_path.until_ns:
@@ -222,7 +221,7 @@ class Node:
             self.fast_path.leave(renewed=renewed)
 
     def _produce(self, now_ns: int, frames: list[Frame]) -> None:
-        """Append SYNC and TIME where the node is their producer; it hears its own SYNC too."""
+        """Append SYNC and TIME if the node produces them; it also consumes its SYNC."""
         producer, clock = self._services.sync_producer, self._services.time
         sync = producer.due(now_ns)
         if sync is not None:
@@ -234,14 +233,15 @@ class Node:
         self._produces = producer.produces or clock.produces
 
     def bus_off(self) -> None:
-        """Obey 0x1029 as the node's controller goes off the bus (CiA 301 7.5.2.32)."""
+        """Apply 0x1029 when the node's controller enters bus-off (CiA 301 7.5.2.32)."""
         self.leave_fast_path()
         self._nmt.on_communication_error()
 
     def raise_error(self, key: Hashable, code: int, bit: ErrorBit) -> None:
-        """Let the node report an error of its hardware, until it is cleared.
+        """Report an error of the node's hardware until it is cleared.
 
-        The same error again is no news, so it may be told each tick; an NMT reset forgets it.
+        Repeating the call has no effect, so it may be made each tick. An NMT reset clears the
+        error.
 
         Args:
             key: names the condition.
@@ -252,16 +252,16 @@ class Node:
         self._services.emergency.raise_error(key, code, bit)
 
     def clear_error(self, key: Hashable) -> None:
-        """Let the node report that an error of its hardware is gone."""
+        """Report the end of an error of the node's hardware."""
         if key in self._services.emergency.active:
             self._services.emergency.clear(key)
 
     def bindings(self) -> list[layout.Binding]:
-        """Return the table of objects from 0x2000 on and what each is bound to."""
+        """Return the table of objects from 0x2000 on with their bindings."""
         return layout.bindings(self.dictionary, self._services.sources)
 
     def unfed(self) -> list[tuple[str, Entry]]:
-        """Return the objects in TPDOs that nothing feeds; they hold their defaults."""
+        """Return the objects in TPDOs without a source of values; they hold their defaults."""
         return layout.unfed(self.pdos, self._services.sources)
 
     def pdo_map(self) -> list[layout.PdoRow]:
@@ -290,7 +290,7 @@ class Node:
             tick_us,
         )
 
-    # -- routes: which service takes which frame in the state the node is in ---------------
+    # -- routes: which service handles which frame in the node's state ----------------------
 
     def _route(self) -> None:
         """Rebuild the routes."""
@@ -300,7 +300,7 @@ class Node:
         )
         self._routes, self._remote_routes = routing.data, routing.remote
         self.hears, self.asked = routing.hears, frozenset(routing.remote)
-        self._produces = True  # or no longer: the next tick will tell
+        self._produces = True  # checked again in the next tick
         self.on_route()
 
     def _check_partners(self, now_ns: int) -> None:
@@ -308,5 +308,5 @@ class Node:
             self._nmt.on_communication_error()
 
     def _configured(self) -> None:
-        """Boot with the node-ID that LSS has given to an unconfigured node."""
+        """Boot with the node-ID that LSS has assigned to an unconfigured node."""
         self._nmt.reset(COMMUNICATION_OBJECTS)

@@ -1,7 +1,7 @@
-"""Node and life guarding: the master asks by remote frame (CiA 301 7.2.8.3.2.1).
+"""Node and life guarding: the master polls by remote frame (CiA 301 7.2.8.3.2.1).
 
 The node answers with its state and a bit that toggles from answer to answer. If 0x100C times
-0x100D is not zero, a master that stops asking for that long is a life guarding event. A node
+0x100D is not zero, a pause of that length between requests is a life guarding event. A node
 with a heartbeat does not answer: CiA 301 allows one error control service at a time.
 """
 
@@ -20,15 +20,15 @@ _LIFE_GUARDING = "life guarding"
 
 
 class NodeGuarding:
-    """Answers guarding requests and notices when they stop.
+    """Answers guarding requests and detects when they stop.
 
     Args:
         dictionary: 0x100C in ms, 0x100D and 0x1017.
-        emergency: told of a lost master (0x8130).
+        emergency: reports a lost master (0x8130).
 
     Attributes:
-        requests: how many have not been answered yet.
-        due_ns: when the master has been silent for the life time, if it does not ask again.
+        requests: number of unanswered requests.
+        due_ns: when the life time ends without a further request.
 
     """
 
@@ -42,17 +42,17 @@ class NodeGuarding:
 
     @property
     def quiet_until_ns(self) -> int:
-        """See `fast_path`: silence of the master is an event."""
+        """See `fast_path`: the timeout of the master is an event."""
         return self.due_ns
 
     def reset(self) -> None:
-        """Begin afresh after boot-up: the first answer has toggle 0, nothing is monitored."""
+        """Restart after boot-up: the first answer has toggle 0, and monitoring is off."""
         self._toggle = 0
         self.requests = 0
         self.due_ns = NEVER
 
     def request(self, now_ns: int, data: bytes) -> None:
-        """Take a remote frame of the master."""
+        """Handle a remote frame of the master."""
         if self._heartbeat is not None and self._heartbeat.value:
             return
         self.requests += 1
@@ -62,7 +62,7 @@ class NodeGuarding:
             self.due_ns = now_ns + life_time_ns if life_time_ns else NEVER
 
     def expired(self, now_ns: int) -> bool:
-        """Return True once when the master has been silent for the life time."""
+        """Return True once when the life time has passed without a request."""
         if now_ns < self.due_ns:
             return False
         self.due_ns = NEVER

@@ -1,7 +1,7 @@
-"""TPDOs on the fast path: event timer and SYNC alone send them, and a record holds their data.
+"""TPDOs on the fast path: only event timer and SYNC send them, and a record holds their data.
 
-What they carry follows from the sample alone. The machine code that samples packs all of it into
-the record, and the node cuts that into frames.
+Their data follow from the sample alone. The machine code that samples packs them into the record,
+and the node cuts the record into frames.
 """
 
 import functools
@@ -24,17 +24,17 @@ WORD_BITS = 32
 _BYTE = 8
 
 _Chosen = tuple[Sequence[tuple[int, bool]], Callable[[bytes], Sequence[bytes]]]
-"""What a `Burst` is made of, besides the data."""
+"""The parts of a `Burst` without the data."""
 
 
 class Shown(NamedTuple):
-    """What an integer object shows: round(SI / factor), within the bounds of its type.
+    """Content of an integer object: round(SI / factor), saturated to its type.
 
     Attributes:
         source: position of the channel in `Measured`, or `COUNT` or `TIME`.
         factor: SI per digit.
-        low: smallest number of digits; what is added to a count or time.
-        high: largest number of digits; the mask of what is left of a count or time.
+        low: smallest number of digits; for a count or time the number that is added.
+        high: largest number of digits; for a count or time the mask of the sum.
 
     """
 
@@ -45,10 +45,10 @@ class Shown(NamedTuple):
 
 
 class Word(NamedTuple):
-    """Where a record has what.
+    """One word of a record.
 
     Attributes:
-        shown: what the word shows.
+        shown: content of the word.
         start: its first byte.
         size: its bytes, the least significant first.
 
@@ -63,17 +63,17 @@ class PackedTpdos:
     """The TPDOs of a node on the fast path.
 
     Args:
-        tpdos: all that exist, by number; each of them `repeats`.
-        shown: what objects show, by entry.
+        tpdos: all existing TPDOs, by number; `repeats` is true for each.
+        shown: content of the objects, by entry.
 
     Attributes:
-        words: what stands where in the record.
+        words: content of the record.
         size: bytes of the record.
-        passed: how many samples have been published since it began.
-        now_ns: time of the last.
+        passed: number of samples published since `begin`.
+        now_ns: time of the last sample.
 
     Raises:
-        LookupError: a TPDO carries something else.
+        LookupError: a TPDO carries an object that is not in `shown`.
 
     """
 
@@ -89,12 +89,12 @@ class PackedTpdos:
         self._heartbeat: Heartbeat
 
     def move_to(self, place: int) -> None:
-        """Take the data from another place in the record from now on."""
+        """Read the data from another place in the record from now on."""
         self._place = place
         self._due.clear()
 
     def begin(self, heartbeat: Heartbeat) -> None:
-        """Begin to count samples; send a heartbeat with the TPDOs."""
+        """Start counting samples; send a heartbeat with the TPDOs."""
         self.passed = 0
         self._heartbeat = heartbeat
         leaders: dict[tuple[int, int], Tpdo] = {}
@@ -116,7 +116,7 @@ class PackedTpdos:
 
         Args:
             now_ns: present time [ns].
-            record: what they carry.
+            record: their data.
 
         """
         self.passed += 1
@@ -142,15 +142,15 @@ class PackedTpdos:
         return Burst(heads, parts, bytes(record))
 
     def _choose(self, due: int) -> _Chosen:
-        """Return the identifiers of the TPDOs that are due, and what finds their data."""
+        """Return the identifiers of the TPDOs that are due, and the reader of their data."""
         numbers = [i for i in range(len(self._tpdos)) if due >> i & 1]
         sizes = [t.parameters.mapping.size for t in self._tpdos]
         chosen = [f"{size}{'s' if i in numbers else 'x'}" for i, size in enumerate(sizes)]
         heads = [(t.parameters.can_id, t.parameters.extended) for t in self._tpdos]
         parts = struct.Struct("".join(chosen)).unpack_from
-        found = [heads[i] for i in numbers], functools.partial(_from, parts, self._place)
-        self._due[due] = found
-        return found
+        selection = [heads[i] for i in numbers], functools.partial(_from, parts, self._place)
+        self._due[due] = selection
+        return selection
 
     def _each(self, now_ns: int, due: int, record: bytearray) -> Sequence[Frame]:
         """Return the frames of a tick with a heartbeat, or with SYNC more than once."""

@@ -1,6 +1,6 @@
 """PDO parameters: the rules of 0x1400, 0x1600, 0x1800 and 0x1A00 (CiA 301 7.5.2.35 to 38).
 
-Rules, in the order a master meets them when it remaps a PDO:
+Rules, in the order in which they apply when a master remaps a PDO:
 
 1. While a PDO exists (bit 31 of its COB-ID clear), CAN-ID, inhibit time and mapping are locked.
 2. Mapping entries may be written only while the number of mapped objects is 0.
@@ -52,7 +52,7 @@ class PdoParameters:
     Attributes:
         name: such as "TPDO1".
         receive: as given.
-        mapping: what the PDO carries; empty while it does not exist.
+        mapping: objects of the PDO; empty while it does not exist.
         on_change: called after each accepted change.
 
     Raises:
@@ -92,7 +92,7 @@ class PdoParameters:
 
     @property
     def identifier(self) -> int:
-        """What tells its frames from all others: see `Frame.identifier`."""
+        """The unique identifier of its frames: see `Frame.identifier`."""
         return self.can_id | self.cob_id & EXTENDED
 
     @property
@@ -112,7 +112,7 @@ class PdoParameters:
 
     @property
     def synchronous(self) -> bool:
-        """Whether SYNC is of any concern to it."""
+        """Whether the transmission type refers to SYNC."""
         kind = self.transmission_type
         return kind <= SYNC_CYCLIC_MAX or kind == RTR_SYNC
 

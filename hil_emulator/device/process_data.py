@@ -1,4 +1,4 @@
-"""All PDOs of a node: who hears SYNC, who falls back, who sends."""
+"""All PDOs of a node: SYNC, deadlines and transmission."""
 
 from collections.abc import Callable, Sequence
 
@@ -19,21 +19,21 @@ from hil_emulator.frame import Frame
 
 
 class ProcessData:
-    """The node's RPDOs and TPDOs; they live in OPERATIONAL only.
+    """The node's RPDOs and TPDOs; they are active in OPERATIONAL only.
 
     Args:
         dictionary: the node's dictionary.
-        emergency: told of PDO errors.
-        set_points: told which of them an RPDO has lost.
-        consumer: says how long synchronous RPDOs are taken after a SYNC.
-        triggers: which changes are events of their own.
+        emergency: reports PDO errors.
+        set_points: fall back to safe values after a missed deadline.
+        consumer: holds the time window for synchronous RPDOs.
+        triggers: decide which changes are events.
         on_written: called with the objects that an RPDO has written; None without a profile.
-        on_change: called when parameters have changed, as frames may have to go elsewhere.
+        on_change: called when parameters have changed, so that routes are rebuilt.
 
     Attributes:
-        deadline_ns: before this time no RPDO is overdue.
-        before_event: called before an RPDO changes more than set points, or brings that time
-            forward.
+        deadline_ns: earliest time at which an RPDO is overdue.
+        before_event: called before an RPDO changes other objects than set points, or makes
+            `deadline_ns` earlier.
 
     Raises:
         UserError: a default mapping is faulty.
@@ -73,18 +73,18 @@ class ProcessData:
 
     @property
     def quiet_until_ns(self) -> int:
-        """See `fast_path`: an RPDO may be overdue; TPDOs that look for events need each tick."""
+        """See `fast_path`: earliest deadline of an RPDO; TPDOs with events need each tick."""
         if any(t.on for t in self._triggers) or not all(t.repeats for t in self._active):
             return NOW
         self.deadline_ns = self._earliest_deadline()
         return self.deadline_ns
 
     def packed(self, sensors: SensorObjects, count: int) -> PackedTpdos | None:
-        """Return the TPDOs as they are sent out of a record; None where they cannot be.
+        """Return the TPDOs packed for the fast path; None if that is not possible.
 
         Args:
-            sensors: says what objects show.
-            count: number of the last sample, as whoever samples counts them.
+            sensors: holds the content of the objects.
+            count: number of the last sample, as counted by the caller.
 
         """
         ahead = sensors.number - count
@@ -119,7 +119,7 @@ class ProcessData:
         self._select()
 
     def sync_handler(self) -> Handler:
-        """Return what takes SYNC in OPERATIONAL."""
+        """Return the handler of SYNC in OPERATIONAL."""
         others = self._synchronous_rpdos or self._synchronous
         return self._consumer.handler(self._at_every_sync, self._sync if others else None)
 
@@ -138,7 +138,7 @@ class ProcessData:
             tpdo.sync(counter)
 
     def check_deadlines(self, now_ns: int) -> None:
-        """Let the commands of each RPDO that is overdue fall back."""
+        """Apply the safe values of the commands of each overdue RPDO."""
         if now_ns < self.deadline_ns:
             return
         for rpdo in self._active_rpdos:
@@ -157,7 +157,7 @@ class ProcessData:
                 tpdo.publish(now_ns, frames)
 
     def add_routes(self, data: dict[int, list[Handler]], remote: dict[int, list[Handler]]) -> None:
-        """Add which data and remote frames the PDOs take."""
+        """Add the handlers of the PDOs' data and remote frames."""
         for rpdo in self._active_rpdos:
             data.setdefault(rpdo.parameters.identifier, []).append(self._receiver(rpdo))
         for tpdo in self._active:
@@ -205,7 +205,7 @@ class ProcessData:
         return restart
 
     def _select(self) -> None:
-        """Note who has something to do, of the many PDOs an EDS may describe."""
+        """Select the active PDOs of the many that an EDS may describe."""
         self._packed = None
         self._active_rpdos = [rpdo for rpdo in self.rpdos if rpdo.parameters.active]
         self._synchronous_rpdos = [r for r in self._active_rpdos if r.parameters.synchronous]

@@ -1,9 +1,9 @@
 """Program download: 0x1F50, 0x1F51, 0x1F56 and 0x1F57 (CiA 302-3).
 
-A master stops a program, clears it, writes another one and starts it; each sub-index is a program.
-The programs here do nothing but have a checksum, so that a master can be tried against a device
-that takes one: the emulated device goes on as before. Like flash memory they outlast every reset,
-and like a bootloader the device starts without one. Only objects that the EDS has exist.
+A master stops a program, clears it, writes another program and starts it. Each sub-index is one
+program. The programs are not executed; only their checksum is computed, so that the download of a
+master can be tested. They survive every reset, like flash memory, and the device starts without a
+program, like a bootloader. Only objects of the EDS exist.
 """
 
 import zlib
@@ -43,7 +43,7 @@ class Program:
     """One program in the flash memory.
 
     Attributes:
-        data: its bytes, none where there is no program.
+        data: its bytes, empty without a program.
         runs: whether it has been started.
 
     """
@@ -66,21 +66,21 @@ class ProgramDownload:
         self._dictionary = dictionary
         owned = (PROGRAM_DATA, PROGRAM_CONTROL)
         self._programs = {e.subindex: Program() for e in dictionary if e.index in owned}
-        self._programs.pop(0, None)  # how many there are
+        self._programs.pop(0, None)  # sub-index 0 is the number of programs
         for index in owned:
             dictionary.watch(index, self)
         self.reset()
 
     def reset(self) -> None:
-        """Show the programs again, which a reset leaves as they are."""
+        """Show the programs again; a reset does not change them."""
         for number in self._programs:
             self._show(number)
 
     def check(self, entry: Entry, value: Any) -> None:
-        """Refuse what the state forbids (0800 0022, 0800 0024) and unknown commands (0609 0030)."""
+        """Refuse commands that are unknown (0609 0030) or not allowed (0800 0022, 0800 0024)."""
         program = self._programs.get(entry.subindex)
         if program is None:
-            return  # some files let a master write how many programs there are
+            return  # in some files a master may write the number of programs
         if entry.index == PROGRAM_CONTROL and value not in list(Control):
             raise SdoAbort(AbortCode.INVALID_VALUE)
         if entry.index == PROGRAM_CONTROL and value in (Control.START, Control.RESET):
@@ -90,7 +90,7 @@ class ProgramDownload:
             raise SdoAbort(AbortCode.WRONG_DEVICE_STATE)
 
     def changed(self, entry: Entry) -> None:
-        """Keep a program, or obey a command."""
+        """Store a program, or execute a command."""
         program = self._programs.get(entry.subindex)
         if program is None:
             return
@@ -103,7 +103,7 @@ class ProgramDownload:
         self._show(entry.subindex)
 
     def _show(self, number: int) -> None:
-        """Let the objects of a program tell its bytes, its state and its CRC-32 (IEEE 802.3)."""
+        """Update the objects of a program: bytes, state and CRC-32 (IEEE 802.3)."""
         program = self._programs[number]
         error = FlashError.NONE if program.data else FlashError.NO_VALID_PROGRAM
         for index, value in (

@@ -1,4 +1,4 @@
-"""Which service takes which frame, in each state of a node (CiA 301 7.3.2.2)."""
+"""Routes of frames to services in each state of a node (CiA 301 7.3.2.2)."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,9 +21,9 @@ class Routing:
         remote: of remote frames.
         fast_data: of data frames on the fast path.
         fast_remote: of remote frames there.
-        sync: takes SYNC.
-        hears: the identifier of every data frame that is taken, and whether taking it may change
-            what the node takes.
+        sync: handler of SYNC.
+        hears: identifiers of all accepted data frames, and whether the frame may change this
+            table.
 
     """
 
@@ -45,10 +45,10 @@ def routing_of(
     """Return the routes to a node's services.
 
     Args:
-        services: what takes the frames.
+        services: handle the frames.
         node_id: of the node.
-        state: it is in.
-        nmt: takes commands of the NMT master.
+        state: NMT state of the node.
+        nmt: handles commands of the NMT master.
         leave: leaves the fast path.
 
     """
@@ -82,7 +82,7 @@ def routing_of(
 
 
 def _heard(consumer: HeartbeatConsumer, node_id: int) -> Handler:
-    """Return what takes the heartbeat of another node."""
+    """Return the handler of another node's heartbeat."""
 
     def handle(now_ns: int, data: bytes) -> None:
         if len(data) == 1:
@@ -92,7 +92,7 @@ def _heard(consumer: HeartbeatConsumer, node_id: int) -> Handler:
 
 
 def _joined(routes: Mapping[int, Sequence[Handler]]) -> Routes:
-    """Return one handler for each identifier: in its place, or for all that it has."""
+    """Return one handler for each identifier, which calls all handlers of the identifier."""
     return {i: h[0] if len(h) == 1 else _in_turn(h) for i, h in routes.items()}
 
 

@@ -13,17 +13,17 @@ NS_PER_MS = 1_000_000
 
 
 class Rpdo:
-    """One receive PDO with length check, SYNC hold and deadline.
+    """One receive PDO with length check, synchronous update and deadline.
 
     A value beyond its object's limits is saturated to them, as a drive's input stage does; a
     REAL that is not finite leaves its object unchanged.
 
     Args:
         parameters: the PDO's records.
-        emergency: told of wrong lengths and of a missed deadline.
+        emergency: reports wrong lengths and a missed deadline.
 
     Attributes:
-        deadline_ns: when the next frame has to have come, `NEVER` before the first.
+        deadline_ns: latest time of the next frame, `NEVER` before the first frame.
 
     """
 
@@ -37,7 +37,7 @@ class Rpdo:
         self.stop()
 
     def start(self) -> None:
-        """Begin afresh: on entering OPERATIONAL and after a change of parameters."""
+        """Restart, on entering OPERATIONAL and after a change of parameters."""
         self._mapping = self.parameters.mapping
         self._size = self._mapping.size
         self._synchronous = self.parameters.transmission_type <= SYNC_CYCLIC_MAX
@@ -48,14 +48,14 @@ class Rpdo:
         self._targets = [(entry, *entry.bounds) for entry in self._mapping.entries]
 
     def stop(self) -> None:
-        """Leave OPERATIONAL: nothing held, nothing monitored, no PDO error pending."""
+        """Leave OPERATIONAL: drop a waiting frame, stop monitoring, clear PDO errors."""
         self.start()
         for error in (self._wrong_length, self._overdue):
             self._emergency.clear(error)
 
     def receive(self, now_ns: int, data: bytes) -> bool:
-        """Take a frame; return whether objects have new values already."""
-        erroneous = self._emergency.active  # mostly nothing is
+        """Handle a frame; return whether objects have new values already."""
+        erroneous = self._emergency.active  # empty in most ticks
         if (erroneous or len(data) != self._size) and not self._check_length(len(data)):
             return False
         if self._timeout_ns:
@@ -70,12 +70,12 @@ class Rpdo:
         return True
 
     def handler(self, obey: Callable[[float], None], otherwise: Handler) -> Handler:
-        """Return what takes a frame with one set point as `receive` does, in fewer steps.
+        """Return a faster handler of frames with one set point, equivalent to `receive`.
 
         Args:
-            obey: puts a value into the object.
-            otherwise: takes frames with which there is more to do: those of a wrong length, the
-                first one, values beyond the limits, and all while an error is active.
+            obey: writes a value to the object.
+            otherwise: handles all other cases: wrong lengths, the first frame, values beyond the
+                limits, and every frame while an error is active.
 
         """
         emergency, size, timeout_ns = self._emergency, self._size, self._timeout_ns
@@ -99,8 +99,8 @@ class Rpdo:
 
         Args:
             now_ns: time of the SYNC.
-            window_ns: length of the synchronous window (CiA 301 7.5.2.7), 0 for no end: what
-                comes later than that waits for no SYNC, it is dropped.
+            window_ns: length of the synchronous window (CiA 301 7.5.2.7), 0 for no end. A frame
+                after the window is dropped.
 
         """
         self._window_end_ns = now_ns + window_ns if window_ns else NEVER

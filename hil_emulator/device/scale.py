@@ -1,10 +1,10 @@
-"""What the digits of an object stand for."""
+"""Scale of an object's digits."""
 
 from typing import NamedTuple
 
 
 class Scale(NamedTuple):
-    """A physical value is `factor` times the digits, plus `offset`.
+    """Linear scale: physical value = `factor` * digits + `offset`.
 
     Attributes:
         unit: SI unit.

@@ -1,8 +1,8 @@
-"""SDO server (CiA 301 7.2.4): initiates transfers, keeps at most one, times it out.
+"""SDO server (CiA 301 7.2.4): one transfer at a time, with a time-out.
 
-One transfer at a time, as one client has one channel. An upload is answered when the tick's
-sample is in the dictionary, so that it and the tick's TPDOs show the same one. A new initiate
-request replaces an unfinished transfer: its client has given up on it.
+One client has one channel, so there is one transfer at a time. An upload is answered when the
+tick's sample is in the dictionary, so that it agrees with the tick's TPDOs. A new initiate request
+replaces an unfinished transfer, which its client has abandoned.
 """
 
 import struct
@@ -22,7 +22,7 @@ from hil_emulator.frame import Frame
 
 SDO_SERVER_PARAMETER = 0x1200
 TIMEOUT_NS = 1_000_000_000
-"""CiA 301 leaves the time-out open; one second is customary (assumed)."""
+"""Time-out of a transfer. CiA 301 does not define it; 1 s is common (assumed)."""
 
 _HEAD = struct.Struct("<BHB")
 _HEAD_AND_SIZE = struct.Struct("<BHBI")
@@ -49,9 +49,9 @@ class _Transfer(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class _PendingUpload:
-    """An upload asked for but not answered; block size 0 stands for no block transfer.
+    """A requested upload that is not answered yet; block size 0 is no block transfer.
 
-    `checked` tells whether the client can do with a checksum.
+    `checked` is whether the client supports a checksum.
     """
 
     index: int
@@ -65,8 +65,8 @@ class SdoServer:
     """Answers the requests of one SDO client.
 
     Args:
-        dictionary: what is read and written.
-        index: the channel's parameters, 0x1200 or one of those that follow.
+        dictionary: the objects that are read and written.
+        index: the channel's parameters, 0x1200 to 0x127F.
 
     """
 
@@ -108,7 +108,7 @@ class SdoServer:
         self._last_ns = 0
 
     def request(self, now_ns: int, data: bytes) -> None:
-        """Take a request; anything but eight bytes is no SDO and is ignored."""
+        """Handle a request; a frame of other than eight bytes is not an SDO and is ignored."""
         if len(data) != 8:
             return
         self._answer_upload()
@@ -126,7 +126,7 @@ class SdoServer:
             self._abort(index, subindex, abort.code)
 
     def publish(self, now_ns: int, frames: list[Frame]) -> None:
-        """Append the answers, or the abort of a transfer whose client went silent."""
+        """Append the answers, or the abort of a transfer that timed out."""
         self._answer_upload()
         transfer = self._transfer
         if transfer is not None and now_ns - self._last_ns >= TIMEOUT_NS:
@@ -181,7 +181,7 @@ class SdoServer:
         self._answers.append(head + bytes([MAX_BLOCK, 0, 0, 0]))
 
     def _answer_upload(self) -> None:
-        """Answer the initiate of an upload with the value the object has by now."""
+        """Answer the initiate of an upload with the object's present value."""
         if self._upload is None:
             return
         wanted, self._upload = self._upload, None
@@ -196,7 +196,7 @@ class SdoServer:
             self._transfer = BlockUpload(
                 index, subindex, data, wanted.block_size, checked=wanted.checked
             )
-            # A stock client takes the offer of a checksum for one, also if it asked for none.
+            # A stock client expects a checksum if one is offered, also if it requested no checksum.
             head = 0xC0 | _BLOCK_SIZE | (_BLOCK_CRC if wanted.checked else 0)
             self._answers.append(_HEAD_AND_SIZE.pack(head, index, subindex, len(data)))
         elif 1 <= len(data) <= 4:

@@ -28,10 +28,10 @@ def check_block_size(size: int) -> int:
 
 
 class BlockDownload:
-    """Collects blocks of segments; what arrives out of sequence is asked for again.
+    """Collects blocks of segments; segments out of sequence are requested again.
 
-    Data that have grown too long are refused where their block ends: the client sends a block
-    without a look at answers, and after an abort its segments would be taken for requests.
+    Data that are too long are refused at the end of the block: the client does not read answers
+    within a block, and after an abort its segments would be read as requests.
 
     Args:
         index: of the object to write.
@@ -41,7 +41,7 @@ class BlockDownload:
         checked: whether the client sends a checksum.
 
     Attributes:
-        done: whether the end of the transfer is here.
+        done: whether the transfer is complete.
         received: the data, complete once done.
 
     """
@@ -65,7 +65,7 @@ class BlockDownload:
         return command != _ABORT  # a segment's first byte is its number, not a command
 
     def request(self, data: bytes) -> list[bytes]:
-        """Take a segment or the end; return the answer where one is due."""
+        """Handle a segment or the end; return the answer if it is due."""
         return self._end(data) if self._complete else self._segment(data)
 
     def _segment(self, data: bytes) -> list[bytes]:
@@ -94,18 +94,18 @@ class BlockDownload:
 
 
 class BlockUpload:
-    """Hands out blocks of segments, from the last one the client has acknowledged.
+    """Sends blocks of segments, starting after the last acknowledged segment.
 
     Args:
         index: of the object read.
         subindex: of the object read.
         data: its value.
-        block_size: segments the client wants per block, 1 to 127.
-        checked: whether the client asked for a checksum; without, it is sent as 0 (7.2.4.3.15).
+        block_size: segments per block that the client requests, 1 to 127.
+        checked: whether the client requested a checksum; if not, it is sent as 0 (7.2.4.3.15).
 
     Attributes:
         done: whether the client has confirmed the end.
-        received: None, as nothing is.
+        received: None.
 
     """
 
@@ -127,7 +127,7 @@ class BlockUpload:
         return command in (_START_UPLOAD, _ACKNOWLEDGE, _END_UPLOAD)
 
     def request(self, data: bytes) -> list[bytes]:
-        """Take start, acknowledgement or end; return the block or the end due then."""
+        """Handle start, acknowledgement or end; return the next block or the end."""
         command = data[0]
         if command == _START_UPLOAD and not self._sent:
             return self._block()

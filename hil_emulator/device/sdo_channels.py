@@ -1,8 +1,7 @@
-"""All SDO servers of a node: the default one, and those a client may add (CiA 301 7.5.2.33).
+"""All SDO servers of a node: the default server and additional servers (CiA 301 7.5.2.33).
 
-Each channel serves one client and knows nothing of the others; a dictionary written through one
-reads the same through all. A channel from 0x1201 on exists while bit 31 of both its COB-IDs is
-clear, and is off by default.
+Each channel serves one client, independent of the others; all share one dictionary. A channel from
+0x1201 on exists while bit 31 of both its COB-IDs is clear, and is off by default.
 """
 
 from collections.abc import Callable
@@ -22,21 +21,21 @@ CLIENT_TO_SERVER, SERVER_TO_CLIENT = 1, 2
 
 
 def servers(dictionary: Dictionary) -> dict[int, SdoServer]:
-    """Return an SDO server for each index that describes one, the default one in any case."""
+    """Return an SDO server for each index that describes one, always including the default."""
     last = SDO_SERVER_PARAMETER + MAX_CHANNELS
-    found = [n for n in range(SDO_SERVER_PARAMETER + 1, last) if n in dictionary]
-    return {index: SdoServer(dictionary, index) for index in (SDO_SERVER_PARAMETER, *found)}
+    additional = [n for n in range(SDO_SERVER_PARAMETER + 1, last) if n in dictionary]
+    return {index: SdoServer(dictionary, index) for index in (SDO_SERVER_PARAMETER, *additional)}
 
 
 class SdoChannels:
     """The node's SDO servers.
 
     Args:
-        dictionary: what is read and written; 0x1200 and the following describe the channels.
-        on_change: called when a channel has come, gone or moved.
+        dictionary: the objects; 0x1200 to 0x127F describe the channels.
+        on_change: called when a channel is added, removed or has new identifiers.
 
     Attributes:
-        busy: whether there is something to answer or to time.
+        busy: whether a transfer needs an answer or may time out.
 
     """
 
@@ -65,7 +64,7 @@ class SdoChannels:
         self.busy = any(server.busy for server in self._servers.values())
 
     def add_routes(self, routes: dict[int, list[Handler]]) -> None:
-        """Add which frames the channels take."""
+        """Add the handlers of the channels' frames."""
         for server in filter(attrgetter("exists"), self._servers.values()):
             routes.setdefault(server.request_can_id, []).append(self._receiver(server))
 
@@ -82,6 +81,6 @@ class SdoChannels:
             cob_id.check_change(entry.value, value)
 
     def changed(self, entry: Entry) -> None:
-        """Begin the changed channel afresh."""
+        """Restart the changed channel."""
         self._servers[entry.index].reset()
         self._on_change()

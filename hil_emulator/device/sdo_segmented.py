@@ -15,7 +15,7 @@ _TOGGLE, _LAST = 0x10, 0x01
 
 
 def check_announcement(kind: DataType, length: int | None) -> None:
-    """Refuse data that the client says have a length the object cannot take (0607 0012, 0013)."""
+    """Refuse an announced length that the object cannot hold (0607 0012, 0607 0013)."""
     if length is not None:
         kind.check_length(length)
         if length > MAX_DOWNLOAD:
@@ -23,7 +23,7 @@ def check_announcement(kind: DataType, length: int | None) -> None:
 
 
 def check_received(kind: DataType, length: int) -> None:
-    """Refuse data that have grown longer than their object (0607 0012, 0504 0005)."""
+    """Refuse data that are longer than their object (0607 0012, 0504 0005)."""
     if length > (kind.size or MAX_DOWNLOAD):
         raise SdoAbort(AbortCode.LENGTH_TOO_HIGH if kind.size else AbortCode.OUT_OF_MEMORY)
 
@@ -44,7 +44,7 @@ class SegmentedDownload:
         size: length the client announced, or None.
 
     Attributes:
-        done: whether the last segment is here.
+        done: whether the last segment has been received.
         received: the data, complete once done.
 
     """
@@ -62,7 +62,7 @@ class SegmentedDownload:
         return command & _COMMAND_MASK == DOWNLOAD_SEGMENT
 
     def request(self, data: bytes) -> list[bytes]:
-        """Take a segment and return the answer (0503 0000 and length errors)."""
+        """Handle a segment and return the answer (0503 0000 and length errors)."""
         toggle = _check_toggle(data[0], self._toggle)
         self.received += data[1 : 8 - (data[0] >> 1 & 7)]
         check_received(self._kind, len(self.received))
@@ -74,16 +74,16 @@ class SegmentedDownload:
 
 
 class SegmentedUpload:
-    """Hands out data segment by segment.
+    """Sends data segment by segment.
 
     Args:
         index: of the object read.
         subindex: of the object read.
-        data: what is left to hand out.
+        data: the data that are not sent yet.
 
     Attributes:
-        done: whether the last segment has been asked for.
-        received: None, as nothing is.
+        done: whether the last segment has been requested.
+        received: None.
 
     """
 

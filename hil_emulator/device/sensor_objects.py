@@ -1,7 +1,7 @@
-"""Which object shows what: samples become values of the dictionary.
+"""Binding of objects to channels: samples become values of the dictionary.
 
-Four sources feed objects: a sensor channel of the same name or Signal, the device itself
-(`INTERNAL`), a device profile, or, for a plain writable object, whoever writes it.
+Objects have four sources: a sensor channel of the same name or Signal, the device itself
+(`INTERNAL`), a device profile, or, for a plain writable object, the writer.
 """
 
 from collections.abc import Callable, Collection, Sequence
@@ -31,14 +31,14 @@ class SensorObjects:
     Args:
         dictionary: the node's dictionary.
         channels: names of the channels, in the order of `Measured`.
-        emergency: told of channels that leave their range.
-        claimed: (index, sub-index) of objects that a profile turns channels into by itself.
+        emergency: reports channels that leave their range.
+        claimed: (index, sub-index) of objects that a profile feeds from channels.
 
     Attributes:
-        sources: by (index, sub-index) of every bound object, what feeds it.
+        sources: source of every bound object, by (index, sub-index).
         shown: the last sample, None before the first.
-        number: that of the last sample, from 0.
-        overrange: the ranges that `check_ranges` was told last.
+        number: number of the last sample, from 0.
+        overrange: argument of the last `check_ranges`.
 
     Raises:
         UserError: a channel's name is not unique in the dictionary, its object is not a
@@ -46,7 +46,7 @@ class SensorObjects:
 
     """
 
-    quiet_until_ns = NEVER  # samples are counted and shown on the fast path, too
+    quiet_until_ns = NEVER  # samples are counted and shown on the fast path as well
 
     def __init__(
         self,
@@ -81,15 +81,15 @@ class SensorObjects:
         self._bound = tuple(bound)
 
     def reset(self) -> None:
-        """Show the last sample again, and report ranges anew: a reset has cleared both."""
+        """Show the last sample again and report ranges again, because a reset clears both."""
         self.overrange = self._inside
         if self.shown is not None:
             self._show(self.shown)
 
     def sample(self, now_ns: int, measured: Measured) -> bool:
-        """Bring every bound object up to date; return whether the sample is a new one.
+        """Update every bound object; return whether the sample is new.
 
-        A sample that is published again, the same object, keeps its number and its time.
+        The same object published again keeps its number and its time.
         """
         if measured is self.shown:
             return False
@@ -103,7 +103,7 @@ class SensorObjects:
         """Write a sample into the objects.
 
         An integer object holds round((SI - offset) / factor), saturated to its reach or its type;
-        a value that is no number shows as the lowest.
+        NaN is shown as the lowest value.
         """
         values = measured.values
         for position, entry, factor, offset, low, high in self._integers:
@@ -118,9 +118,9 @@ class SensorObjects:
             self._time[0].value = self._time_us & self._time[1]
 
     def shown_by(self, count: int) -> dict[Entry, Shown]:
-        """Return what bound integers show, by entry, where the last sample's number is `count`.
+        """Return the content of bound integers by entry, if the last sample's number is `count`.
 
-        Those with an offset are left out: the machine code that packs samples knows only factors.
+        Objects with an offset are left out: the machine code that packs samples has only factors.
         """
         shown = {
             e: Shown(at, factor, low, high)
@@ -134,18 +134,18 @@ class SensorObjects:
         return {entry: word for entry, word in shown.items() if entry.type.bits <= WORD_BITS}
 
     def lag(self, catch_up: Callable[[], None]) -> None:
-        """Let the objects' values wait until somebody asks for one; that calls `catch_up`."""
+        """Stop updating the objects' values; the first access to a value calls `catch_up`."""
         for entry in self._bound:
             entry.catch_up = catch_up
             entry.__class__ = Lagging
 
     def resume(self, passed: int, now_ns: int, measured: Measured | None) -> None:
-        """Go on after samples that others have shown.
+        """Resume after samples that the fast path has published.
 
         Args:
-            passed: how many.
-            now_ns: time of the last.
-            measured: the last; None where the next one follows at once.
+            passed: number of these samples.
+            now_ns: time of the last sample.
+            measured: the last sample; None if the next sample follows at once.
 
         """
         for entry in self._bound:
@@ -184,9 +184,9 @@ class SensorObjects:
 
     def _internal(self, dictionary: Dictionary, name: str) -> tuple[Entry, int] | None:
         """Return a device-internal object and the mask it wraps around with."""
-        found = dictionary.numbers(name)
-        if not found or found[0].type.kind != "integer":
+        entries = dictionary.numbers(name)
+        if not entries or entries[0].type.kind != "integer":
             return None
-        entry = found[0]
+        entry = entries[0]
         self.sources[entry.index, entry.subindex] = "device"
         return entry, int(entry.type.high)

@@ -1,7 +1,7 @@
-"""The messages of CiA 301 besides PDOs, as a node has configured them now: for databases of a bus.
+"""The messages of CiA 301 other than PDOs, in a node's present configuration, for bus databases.
 
-NMT, SYNC and TIME are the bus's own unless a node produces them; EMCY, heartbeat and SDO are those
-of one node. A message with a period says so as a PDO with an event timer does.
+NMT, SYNC and TIME belong to the bus unless a node produces them; EMCY, heartbeat and SDO belong to
+one node. `event_timer_ms` of a periodic message is its period, as for PDOs.
 """
 
 from collections.abc import Iterator, Mapping
@@ -39,7 +39,7 @@ WORDS: Mapping[str, Mapping[int, str]] = {
         0x43: "uploaded_4_bytes", 0x41: "upload_segmented", 0x80: "abort",
     },
 }  # fmt: skip
-"""By the name in `Field.choices`, what values mean (CiA 301 7.2.4.3, 7.2.7.1, 7.2.8)."""
+"""Meaning of values, by the name in `Field.choices` (CiA 301 7.2.4.3, 7.2.7.1, 7.2.8)."""
 
 _NS_PER_MS = 1_000_000
 _US_PER_MS = 1_000
@@ -65,20 +65,20 @@ _ERROR_CONTROL = (_field("state", 0, 7, "nmt_state"), _field("toggle", 7, 1))
 
 
 def services(nodes: Mapping[str, Node]) -> list[Message]:
-    """Return the messages of a bus besides its PDOs, each identifier once.
+    """Return the messages of a bus other than PDOs, each identifier once.
 
     Args:
-        nodes: those on the bus, by name.
+        nodes: the nodes on the bus, by name.
 
     """
-    found = {nmt.NMT_COB_ID: _message(BUS, "NMT", nmt.NMT_COB_ID, 2, _NMT)}
+    messages = {nmt.NMT_COB_ID: _message(BUS, "NMT", nmt.NMT_COB_ID, 2, _NMT)}
     for name, node in nodes.items():
         if node.node_id != UNCONFIGURED:
             for message in _of_node(name, node.dictionary):
-                known = found.get(message.can_id)
-                if known is None or (known.node == BUS and message.node != BUS):
-                    found[message.can_id] = message
-    return list(found.values())
+                present = messages.get(message.can_id)
+                if present is None or (present.node == BUS and message.node != BUS):
+                    messages[message.can_id] = message
+    return list(messages.values())
 
 
 def _of_node(name: str, dictionary: Dictionary) -> Iterator[Message]:
@@ -120,7 +120,7 @@ def _time(name: str, dictionary: Dictionary) -> Iterator[Message]:
 
 
 def _sdo(choices: str) -> tuple[Field, ...]:
-    """Return what an initiate or an abort carries; of segments only the command means anything."""
+    """Return the fields of an initiate or an abort; for segments only the command is valid."""
     return (
         _field("command", 0, 8, choices),
         _field("index", 8, 16),

@@ -1,4 +1,4 @@
-"""The services of one node around its dictionary: what makes them, and what resets them."""
+"""The services of one node around its dictionary: construction and reset."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
@@ -27,7 +27,7 @@ from hil_emulator.device.verify_configuration import VerifyConfiguration
 
 
 class Services:
-    """The services of one node; which of them act in which state is not theirs to decide.
+    """The services of one node; `routing` decides which of them act in which state.
 
     Args:
         dictionary: as of `Node`, as are channels, commands and courses.
@@ -35,7 +35,7 @@ class Services:
         commands: safe value of each command.
         storage: where parameters are kept.
         courses: objects that follow a course over time.
-        on_route: called when what a service hears has changed.
+        on_route: called when the identifiers that a service accepts have changed.
         on_node_id: called when LSS has given a node-ID to an unconfigured node.
 
     Raises:
@@ -89,35 +89,35 @@ class Services:
 
     @cached_property
     def by_name(self) -> dict[str, object]:
-        """Every service; all that is kept here is one, but the dictionary."""
+        """Every service: all attributes but the dictionary."""
         return {name: s for name, s in vars(self).items() if s is not self._dictionary}
 
     @cached_property
     def _acting_unasked(self) -> list[object]:
-        """Those whose class does not declare that they never act by themselves."""
+        """The services whose class does not declare `NEVER`."""
         services = self.by_name.values()
         return [s for s in services if getattr(type(s), "quiet_until_ns", NOW) is not NEVER]
 
     @property
     def sources(self) -> dict[tuple[int, int], str]:
-        """By (index, sub-index) of every bound object, what feeds it."""
+        """Source of every bound object, by (index, sub-index)."""
         parts = self.sensors, self.set_points, self.profile, self.courses
         return {place: source for part in parts for place, source in part.sources.items()}
 
     def activate_node_id(self) -> None:
-        """Put a node-ID into force that LSS has given, if there is any."""
+        """Activate a node-ID that LSS has assigned, if there is one."""
         if self.lss.activate() != UNCONFIGURED:
             self._dictionary.renumber(self.lss.node_id)
 
     def reset(self, indices: range) -> None:
-        """Reload the defaults of some objects, and forget what has happened."""
+        """Reload the defaults of some objects, and reset the services."""
         self.store.reset(indices)
         self.set_points.fall_back()
         self.emergency.reset()
         self.sensors.reset()
         self.profile.reset()
         if self.sensors.shown is not None:
-            self.profile.measure(0, self.sensors.shown)  # nothing is monitored yet
+            self.profile.measure(0, self.sensors.shown)  # monitoring has not started
         self.sdo.reset()
         self.sync_producer.reset()
         self.time.reset()

@@ -1,4 +1,4 @@
-"""Which set points are in force: what the bus asks for, or their safe values."""
+"""Set points in force: values from the bus, or safe values."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -13,28 +13,28 @@ SAFE_SUFFIX = "_safe"
 
 
 class SetPoints:
-    """The commands in force: what the bus asks for, or the safe value.
+    """The commands in force: values from the bus, or safe values.
 
-    A set point object shows the safe value from when its command falls back to it until the bus
-    writes the object again. Outside OPERATIONAL the safe values are in force in any case: what
-    an SDO writes there waits for the start of the node.
+    After a fall-back a set point object shows the safe value until the bus writes the object
+    again. Outside OPERATIONAL the safe values are always in force; a value written by SDO takes
+    effect at the start of the node.
 
     Args:
         dictionary: the node's dictionary.
         commands: safe value in SI by the name of each command.
 
     Attributes:
-        sources: by (index, sub-index) of every set point, what it commands.
+        sources: command of every set point, by (index, sub-index).
         commands: the value in SI of every command in force.
-        stale: whether a value has changed since.
+        stale: whether a value has changed since the last update.
 
     Raises:
-        UserError: a command has no object an RPDO may carry, or its safe value is beyond the
-            object's limits.
+        UserError: a command has no RPDO-mappable object, or its safe value exceeds the object's
+            limits.
 
     """
 
-    quiet_until_ns = NEVER  # set points are taken on the fast path, too
+    quiet_until_ns = NEVER  # set points are handled on the fast path as well
 
     def __init__(self, dictionary: Dictionary, commands: Mapping[str, float]) -> None:
         self.sources: dict[tuple[int, int], str] = {}
@@ -61,11 +61,11 @@ class SetPoints:
 
     @property
     def commanded(self) -> bool:
-        """Whether a set point has another origin than its safe value; true without set points."""
+        """Whether the bus has written a set point; true without set points."""
         return not self._objects or len(self._safe) < len(self._objects)
 
     def fall_back(self, only: Sequence[Entry] | None = None) -> None:
-        """Put the safe value into the set points (those among `only`, where given)."""
+        """Set the set points (those in `only`, if given) to their safe values."""
         self.stale = True
         for _, entry, holder in self._objects:
             if only is None or entry in only:
@@ -73,13 +73,13 @@ class SetPoints:
                 self._safe.add(entry)
 
     def written(self, entries: Sequence[Entry]) -> None:
-        """Take note that an RPDO has put values into these objects."""
+        """Register that an RPDO has written these objects."""
         self.stale = True
         if self._safe:
             self._safe.difference_update(entries)
 
     def update(self, *, operational: bool) -> None:
-        """Bring the value of every command in SI up to date."""
+        """Update the value of every command in SI."""
         self.stale = False
         commands: dict[str, float] = {}
         for name, entry, safe in self._objects:
@@ -92,7 +92,7 @@ class SetPoints:
         return set(entries) <= {entry for _, entry, _ in self._objects}
 
     def obeying(self, entry: Entry) -> Callable[[float], None]:
-        """Return what puts a value into a set point, as an RPDO does in OPERATIONAL."""
+        """Return a function that writes a set point, as an RPDO does in OPERATIONAL."""
         (name,) = [name for name, target, _ in self._objects if target is entry]
 
         def obey(value: float) -> None:
@@ -108,13 +108,13 @@ class SetPoints:
         """Accept any value within the object's limits."""
 
     def changed(self, entry: Entry) -> None:
-        """Let a set point written by SDO leave its safe value, and a new safe value act."""
+        """Apply a set point or a safe value that was written by SDO."""
         self.written([entry])
         self.fall_back([e for _, e, safe in self._objects if safe is entry and e in self._safe])
 
 
 def _unlisted(entry: Entry) -> Entry:
-    """Return a holder for the safe value of a set point whose EDS offers no object for it."""
+    """Return an entry for the safe value of a set point if the EDS has no object for it."""
     return Entry(
         entry.index, entry.subindex, entry.name, entry.type, unit=entry.unit,
         factor=entry.factor, offset=entry.offset,

@@ -1,9 +1,8 @@
 """Storing and restoring parameters: 0x1010 and 0x1011 (CiA 301 7.5.2.13, 7.5.2.14).
 
-Sub-index 1 concerns all parameters, 2 those from 0x1000 to 0x1FFF, 3 those above. Stored values
-stand in for the defaults at power-up and at an NMT reset; restoring forgets them, which shows
-after the next reset. Process data, the error history, programs and the two objects here are not
-stored.
+Sub-index 1 applies to all parameters, 2 to those from 0x1000 to 0x1FFF, 3 to those above. Stored
+values replace the defaults at power-up and at an NMT reset. Restoring deletes them, with effect
+from the next reset. Process data, the error history, programs and 0x1010 and 0x1011 are not stored.
 """
 
 from collections.abc import Mapping
@@ -22,7 +21,7 @@ SIGNATURES = {
     RESTORE_PARAMETERS: int.from_bytes(b"load", "little"),
 }
 ON_COMMAND = 1
-"""What both objects read as: the device acts on command, not on its own."""
+"""Value that both objects return: the device stores on command, not autonomously."""
 
 RANGES = {
     1: ALL_OBJECTS,
@@ -30,7 +29,7 @@ RANGES = {
     3: range(COMMUNICATION_OBJECTS.stop, ALL_OBJECTS.stop),
 }
 PROGRAMS = range(0x1F50, 0x1F58)
-"""Programs and their state (CiA 302-3), which have a memory of their own."""
+"""Programs and their state (CiA 302-3), which are kept separately."""
 
 NOT_STORED = frozenset({0x1003, STORE_PARAMETERS, RESTORE_PARAMETERS, *PROGRAMS})
 
@@ -39,27 +38,27 @@ Values = Mapping[tuple[int, int], bytes]
 
 
 class Storage(Protocol):
-    """Where stored parameters live; whoever builds the node decides."""
+    """Interface of the memory for stored parameters."""
 
     def load(self) -> Values:
-        """Return what was last saved, nothing at first."""
+        """Return the values last saved, empty at first."""
 
     def save(self, values: Values) -> None:
-        """Keep exactly these values; raise OSError where that fails."""
+        """Replace the saved values; raise OSError if that fails."""
 
 
 class MemoryStorage:
-    """Keeps parameters as long as the object lives: over resets, not over a restart."""
+    """Keeps parameters in memory: they survive resets, but not a restart of the program."""
 
     def __init__(self) -> None:
         self._values: Values = {}
 
     def load(self) -> Values:
-        """Return what was last saved."""
+        """Return the values last saved."""
         return self._values
 
     def save(self, values: Values) -> None:
-        """Keep exactly these values."""
+        """Replace the saved values."""
         self._values = dict(values)
 
 
@@ -81,7 +80,7 @@ class ParameterStore:
             dictionary.watch(index, self)
 
     def reset(self, indices: range) -> None:
-        """Reload the parameters of a range: defaults, then what is stored.
+        """Reload the parameters of a range: defaults, then stored values.
 
         Raises:
             UserError: a stored value does not fit its object.
@@ -108,7 +107,7 @@ class ParameterStore:
             raise SdoAbort(AbortCode.CANNOT_BE_STORED)
 
     def changed(self, entry: Entry) -> None:
-        """Obey the signature; 0606 0000 where the storage fails."""
+        """Execute the signature; 0606 0000 if the storage fails."""
         entry.value = ON_COMMAND  # the signature is a command, not a value
         values = dict(self._storage.load())
         indices = RANGES.get(entry.subindex, range(0))

@@ -1,4 +1,4 @@
-"""SYNC: which frame it is, is it well formed, and, as its producer, when it is due.
+"""SYNC: consumer and producer.
 
 CiA 301 7.2.5, 7.5.2.5 to 7.5.2.7 and 7.5.2.22.
 """
@@ -32,7 +32,7 @@ class SyncConsumer:
     Args:
         dictionary: 0x1005 is the COB-ID (without it the node consumes no SYNC), 0x1019 not 0
             where SYNC carries a counter, 0x1007 the window for synchronous RPDOs in us.
-        emergency: told of a SYNC of the wrong length (0x8240).
+        emergency: reports a SYNC of the wrong length (0x8240).
         on_change: called after the COB-ID has changed.
 
     """
@@ -49,26 +49,26 @@ class SyncConsumer:
         for index in (SYNC_COB_ID, SYNC_COUNTER_OVERFLOW):
             dictionary.watch(index, self)
 
-    quiet_until_ns = NEVER  # SYNC is taken on the fast path, too
+    quiet_until_ns = NEVER  # SYNC is handled on the fast path as well
 
     @property
     def can_id(self) -> int | None:
-        """The identifier SYNC arrives with, or None where the node consumes none."""
+        """The identifier of SYNC, or None if the node does not consume SYNC."""
         return None if self._cob_id is None else self._cob_id.value & cob_id.CAN_ID_MASK
 
     @property
     def window_ns(self) -> int:
-        """How long after a SYNC a synchronous RPDO is still taken for the next; 0 is always."""
+        """Time after a SYNC in which a synchronous RPDO is accepted; 0 is unlimited."""
         return 0 if self._window is None else self._window.value * NS_PER_US
 
     def handler(
         self, tpdos: Sequence[Tpdo] = (), take: Callable[[int, int], None] | None = None
     ) -> Handler:
-        """Return what takes SYNC.
+        """Return the handler of SYNC.
 
         Args:
-            tpdos: those that are sent at every SYNC.
-            take: takes the time and the counter, 0 without one, for all other PDOs.
+            tpdos: TPDOs that are sent at every SYNC.
+            take: called with the time and the counter (0 without a counter) for all other PDOs.
 
         """
         emergency, overflow = self._emergency, self._overflow
@@ -89,7 +89,7 @@ class SyncConsumer:
         return handle
 
     def accept(self, data: bytes) -> int | None:
-        """Return the counter of a SYNC (0 where it has none), or None for a wrong length."""
+        """Return the counter of a SYNC (0 without a counter), or None for a wrong length."""
         overflow = self._overflow
         if len(data) != (overflow is not None and overflow.value != 0):
             self._emergency.raise_error(
@@ -101,7 +101,7 @@ class SyncConsumer:
         return data[0] if data else 0
 
     def check(self, entry: Entry, value: Any) -> None:
-        """Refuse what CiA 301 7.5.2.5 and 7.5.2.22 do not allow.
+        """Refuse values that CiA 301 7.5.2.5 and 7.5.2.22 do not allow.
 
         Bad identifiers, another identifier while the node produces SYNC, producing it without a
         cycle period object, and a counter of 1 or above 240 are 0609 0030; a change of the
@@ -121,7 +121,7 @@ class SyncConsumer:
         cob_id.check_can_id(value)
 
     def changed(self, entry: Entry) -> None:
-        """Listen for the new identifier."""
+        """Rebuild the routes for the new identifier."""
         self._on_change()
 
 
@@ -151,15 +151,15 @@ class SyncProducer:
 
     @property
     def quiet_until_ns(self) -> int:
-        """See `fast_path`: a producer looks up its period in each tick, once more at its end."""
+        """See `fast_path`: a producer reads its period in each tick, and once after its end."""
         return NOW if self.produces or self._running_ns else NEVER
 
     def reset(self) -> None:
-        """Begin afresh: after a reset, and on leaving STOPPED."""
+        """Restart, after a reset and on leaving STOPPED."""
         self._running_ns = 0
 
     def due(self, now_ns: int) -> Frame | None:
-        """Return the SYNC to send now, if one is due."""
+        """Return SYNC if it is due, else None."""
         period_ns = self._period_ns()
         if period_ns != self._running_ns:
             self._running_ns = period_ns
@@ -169,7 +169,7 @@ class SyncProducer:
         if not period_ns or now_ns < self._next_ns:
             return None
         self._next_ns += ((now_ns - self._next_ns) // period_ns + 1) * period_ns
-        assert self._cob_id is not None  # without it there is no period
+        assert self._cob_id is not None  # the period is 0 without it
         return Frame(self._cob_id.value & cob_id.CAN_ID_MASK, self._data())
 
     def _period_ns(self) -> int:

@@ -1,8 +1,8 @@
 """TIME: the network's time of day (CiA 301 7.2.6).
 
-As a consumer the node only shows what it is told: the object `network_time` holds the last TIME
-message received. As a producer it tells the time since it was switched on, which begins with
-1 January 1984, or goes on from the last TIME message it has heard.
+As a consumer the node only shows the last TIME message received, in the object `network_time`. As a
+producer it sends the time since it was switched on, starting at 1 January 1984 or at the last TIME
+message received.
 """
 
 from collections.abc import Callable
@@ -22,21 +22,21 @@ NETWORK_TIME = "network_time"
 
 _LENGTH = 6
 _RESERVED = 0xF000_0000
-"""Upper bits of the milliseconds, which CiA 301 7.4.7.1 leaves void."""
+"""Upper bits of the milliseconds, which are void (CiA 301 7.4.7.1)."""
 
 
 PERIOD_NS = 1_000_000_000
-"""Between two TIME messages; CiA 301 leaves it open (assumed)."""
+"""Period of TIME messages; CiA 301 does not define it (assumed)."""
 NS_PER_MS = 1_000_000
 MS_PER_DAY = 86_400_000
 DAYS_SHIFT = 32
-"""Days since 1984 stand above the milliseconds of the day (CiA 301 7.4.7.1)."""
+"""Position of the days since 1984, above the milliseconds of the day (CiA 301 7.4.7.1)."""
 UNSTARTED = -1
 _MILLISECONDS = 0x0FFF_FFFF
 
 
 class TimeStamp:
-    """Takes TIME messages while bit 31 of 0x1012 is set, and sends them while bit 30 is.
+    """Consumes TIME while bit 31 of 0x1012 is set, and produces TIME while bit 30 is set.
 
     Args:
         dictionary: the node's dictionary.
@@ -55,7 +55,7 @@ class TimeStamp:
 
     @property
     def can_id(self) -> int | None:
-        """The identifier TIME arrives with, or None where the node consumes none."""
+        """The identifier of TIME, or None if the node does not consume TIME."""
         if self._cob_id is None or not self._cob_id.value & CONSUMER:
             return None
         return int(self._cob_id.value) & cob_id.CAN_ID_MASK
@@ -67,11 +67,11 @@ class TimeStamp:
 
     @property
     def quiet_until_ns(self) -> int:
-        """See `fast_path`: a producer looks at its COB-ID in each tick, once more at its end."""
+        """See `fast_path`: a producer reads its COB-ID in each tick, and once after its end."""
         return NOW if self.produces or self._next_ns != UNSTARTED else NEVER
 
     def reset(self) -> None:
-        """Begin a new period: after a reset."""
+        """Start a new period after a reset."""
         self._next_ns = UNSTARTED
 
     def due(self, now_ns: int) -> Frame | None:
@@ -90,7 +90,7 @@ class TimeStamp:
         return Frame(self._cob_id.value & cob_id.CAN_ID_MASK, data)
 
     def receive(self, now_ns: int, data: bytes) -> None:
-        """Take a message; one of another length is no TIME."""
+        """Handle a message; a frame of another length is not TIME."""
         if len(data) != _LENGTH:
             return
         value = int.from_bytes(data, "little") & ~_RESERVED
@@ -100,12 +100,12 @@ class TimeStamp:
             self._shown.value = value
 
     def check(self, entry: Entry, value: Any) -> None:
-        """Refuse bad identifiers, and another one while the node produces TIME (0609 0030)."""
+        """Refuse bad identifiers, and a change while the node produces TIME (0609 0030)."""
         moved = (entry.value ^ value) & cob_id.CAN_ID_MASK
         if moved and entry.value & value & cob_id.PRODUCER:
             raise SdoAbort(AbortCode.INVALID_VALUE)
         cob_id.check_can_id(value)
 
     def changed(self, entry: Entry) -> None:
-        """Listen for the new identifier."""
+        """Rebuild the routes for the new identifier."""
         self._on_change()

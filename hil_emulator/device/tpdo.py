@@ -5,13 +5,13 @@
 | 0 | at a SYNC, if the data changed since it was last sent |
 | 1 to 240 | at every n-th SYNC |
 | 252 | on a remote frame, with the data of the last SYNC |
-| 253 | on a remote frame, with the data of now |
+| 253 | on a remote frame, with the present data |
 | 254, 255 | when the event timer elapses; without one, when the data changed |
 
-The event of 254 (manufacturer-specific) and 255 (device profile) is thus the same here. With an
-event timer, a change of a sampled signal is no event of its own: analogue data change always.
-Where a trigger watches a mapped object, for a delta or for limits, it decides which changes of
-the object are events, with an event timer and without.
+The event of 254 (manufacturer-specific) and 255 (device profile) is the same here. With an event
+timer, a change of a sampled signal is not an event, because analogue data change in each sample. If
+a trigger monitors a mapped object for a delta or for limits, it decides which changes of the object
+are events, with and without an event timer.
 """
 
 from collections.abc import Sequence
@@ -33,8 +33,7 @@ from hil_emulator.frame import Frame
 
 NS_PER_US = 1_000
 UNSTARTED = ALWAYS = -1
-"""Stands for the time of the next event until the first tick of the timer's life, and for a time
-that has come already."""
+"""In place of the time of the next event: the timer has not started; or the time has passed."""
 
 
 class Tpdo:
@@ -44,10 +43,10 @@ class Tpdo:
         parameters: the PDO's records.
 
     Attributes:
-        wakes_ns: before this time `publish` has nothing to do.
+        wakes_ns: time before which `publish` sends nothing.
         next_ns: when its event timer elapses, `NEVER` without one.
         period_ns: of its event timer, 0 without one.
-        requests: transmissions due now, whatever the inhibit time.
+        requests: transmissions due now, regardless of the inhibit time.
 
     """
 
@@ -56,7 +55,7 @@ class Tpdo:
         self.start()
 
     def start(self) -> None:
-        """Begin afresh: on entering OPERATIONAL and after a change of parameters."""
+        """Restart, on entering OPERATIONAL and after a change of parameters."""
         parameters = self.parameters
         self._can_id = parameters.can_id
         self._extended = parameters.extended
@@ -79,11 +78,11 @@ class Tpdo:
         self.wakes_ns = ALWAYS if self._on_change else self.next_ns
 
     def sync(self, counter: int) -> None:
-        """Take note of a SYNC; what it triggers is sent by the next `publish`.
+        """Register a SYNC; the next `publish` sends the triggered transmission.
 
         Args:
-            counter: the SYNC's counter, 0 without one. The SYNC whose counter is the start
-                value (sub-index 6) is the first one answered (CiA 301 7.5.2.37).
+            counter: the SYNC's counter, 0 without a counter. The first SYNC that counts has the
+                start value (sub-index 6) as its counter (CiA 301 7.5.2.37).
 
         """
         if counter and self._sync_start:
@@ -102,19 +101,19 @@ class Tpdo:
             self.wakes_ns = ALWAYS
 
     def request(self) -> None:
-        """Take note of a remote frame, ignored where the COB-ID says no RTR."""
+        """Register a remote frame, unless the COB-ID excludes RTR."""
         if not self.parameters.cob_id & cob_id.NO_RTR:
             self.requests += 1
             self.wakes_ns = ALWAYS
 
     @property
     def at_every_sync(self) -> bool:
-        """Whether every SYNC triggers it, whatever its counter."""
+        """Whether every SYNC triggers it, regardless of the counter."""
         return self.parameters.transmission_type == 1 and not self.parameters.sync_start
 
     @property
     def repeats(self) -> bool:
-        """Whether event timer or SYNC alone say when it is sent, and no event waits."""
+        """Whether only event timer or SYNC trigger it, and no event is pending."""
         if self._event:
             return False
         if self.period_ns:
@@ -122,7 +121,7 @@ class Tpdo:
         return SYNC_ACYCLIC < self._type <= SYNC_CYCLIC_MAX or self._type == RTR_EVENT
 
     def trigger(self, entries: Sequence[Entry]) -> None:
-        """Take note of an event of some objects, if one of them is mapped here."""
+        """Register an event of some objects, if one of them is mapped in this PDO."""
         if self._type >= EVENT_MANUFACTURER and any(e in entries for e in self._mapping.entries):
             self._event = True
             self.wakes_ns = ALWAYS
@@ -145,15 +144,15 @@ class Tpdo:
             self._at_sync()
         if self.requests:
             self._send(frames)
-        # an event that waits for the inhibit time asks in every tick
+        # a pending event checks the inhibit time in every tick
         self.wakes_ns = ALWAYS if self._on_change or self._event else self.next_ns
 
     def skip_elapsed(self, now_ns: int) -> None:
-        """Let the event timer elapse next after now: it never drifts, but fires once per tick."""
+        """Set the event timer to its next multiple after now: no drift, at most once per tick."""
         self.next_ns += ((now_ns - self.next_ns) // self.period_ns + 1) * self.period_ns
 
     def _changed(self) -> bool:
-        """Return whether there is a change that no trigger decides upon."""
+        """Return whether an object without a trigger has changed."""
         entries = self._mapping.entries
         if not any(entry.gated for entry in entries):
             return self._mapping.pack() != self._last

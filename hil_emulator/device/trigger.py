@@ -1,4 +1,4 @@
-"""Triggers: which changes of an object are events for an event-driven TPDO."""
+"""Triggers: changes of an object that are events for an event-driven TPDO."""
 
 from collections.abc import Sequence
 
@@ -9,12 +9,12 @@ class Trigger:
     """Fires when an object has moved by a delta, or has crossed a limit.
 
     Args:
-        entry: whose value is watched.
+        entry: the monitored object.
         others: entries that show the same quantity and share the event.
         delta: least change since the last event, in the entry's digits; 0 is off.
 
     Attributes:
-        entries: all of them; they are `gated` while the trigger watches for anything.
+        entries: all entries; they are `gated` while the trigger is on.
 
     """
 
@@ -40,7 +40,7 @@ class Trigger:
             entry.gated = self.on
 
     def fires(self) -> bool:
-        """Return whether something has happened since the last call."""
+        """Return whether an event has occurred since the last call."""
         value = self._entry.value
         zone = self._zone_of(value)
         moved = 0.0 < self._delta <= abs(value - self._shown)

@@ -1,7 +1,7 @@
 """Verify configuration, 0x1020 (CiA 301 7.5.2.29).
 
-A configuration tool writes its date and time before it stores the parameters, and compares them
-later. Whatever else changes a parameter clears both, so that the tool sees it must look closer.
+A configuration tool writes date and time before it stores the parameters, and compares them later.
+Any other change of a parameter clears both, so that the tool detects the change.
 """
 
 from hil_emulator.device.deadline import NEVER
@@ -30,7 +30,7 @@ class VerifyConfiguration:
             dictionary.observe(self._written)
 
     def _written(self, entry: Entry) -> None:
-        """Process data, the error history and commands are no parameters."""
+        """Clear date and time, unless process data, error history or a command was written."""
         parameter = entry.access == "rw" and entry.index not in NOT_STORED
         if parameter and entry.index != VERIFY_CONFIGURATION:
             for stamp in self._stamps:

@@ -1,4 +1,4 @@
-"""The whole workflow as one function: experiments and a configuration in, a result out."""
+"""The whole workflow as one function: from experiments and a configuration to a result."""
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -21,6 +21,7 @@ from hil_emulator.identify.data_checks.shared_noise import counted
 from hil_emulator.identify.estimation.felt import felt
 from hil_emulator.identify.estimation.row_order import ordered
 from hil_emulator.identify.estimation.set_point_course import Investigation
+from hil_emulator.identify.hold_hypothesis import Report, Searched, course, searched, widen
 from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.benches.boundary import as_stated, bounded, with_gain
@@ -31,7 +32,6 @@ from hil_emulator.identify.prediction.parallel.pool import Pool, Threads
 from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
-from hil_emulator.identify.second_search import Searched, Tell, course, searched, widen
 from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.platform.cluster import connected
 
@@ -40,18 +40,18 @@ Pools = Callable[[Predictor], Pool]
 
 @dataclass(frozen=True)
 class Question:
-    """What is asked of the data.
+    """Task of an identification.
 
     Attributes:
         only: effects that may be named; empty for all.
-        exclude: effects that may not.
-        search: False measures the gap after refitting ordinary parameters, and names nothing.
-        plain_fit: whether to fit what is named by ordinary least squares, too, for comparison.
-        set_points: what the current did between the rows of a log slower than the controller, if
-            that is known.
+        exclude: effects that may not be named.
+        search: False measures the gap after a refit of ordinary parameters, without a search.
+        plain_fit: whether to fit the named effects by ordinary least squares, too, for comparison.
+        set_points: course of the current between the rows of a log slower than the controller, if
+            the user states it.
 
     Raises:
-        UserError: if it is said to have done anything else.
+        UserError: if `set_points` is no such course.
 
     """
 
@@ -62,48 +62,49 @@ class Question:
     set_points: SetPoints = "unknown"
 
     def __post_init__(self) -> None:
-        """Refuse what nobody would understand later on."""
+        """Check the course of the current."""
         if self.set_points not in get_args(SetPoints):
             raise UserError(
-                f"set_points: {self.set_points!r} is none of {', '.join(get_args(SetPoints))}"
+                f"set_points: {self.set_points!r} is unknown; "
+                f"choose one of {', '.join(get_args(SetPoints))}"
             )
 
 
 EVERYTHING = Question()
-"""Which effects of the whole catalogue the configuration lacks."""
+"""A search among all effects of the catalogue."""
 
 
 def identify(
     config: Configuration, training: Sequence[Experiment], validation: Sequence[Experiment] = (),
-    question: Question = EVERYTHING, tell: Tell = lambda _: None, cache: Path | None = None,
+    question: Question = EVERYTHING, report: Report = lambda _: None, cache: Path | None = None,
     jobs: int = 1, cluster: str = "",
 ) -> Result:  # fmt: skip
-    """Find what a configuration lacks.
+    """Name the effects that a configuration lacks.
 
     Args:
-        config: what should describe the machine.
+        config: of the machine.
         training: experiments for the fit.
         validation: experiments for the acceptance test; without any, the last third of the
             training experiments is held out if there are at least three.
-        question: what to look for.
-        tell: takes progress in words.
+        question: task of the search.
+        report: receives progress as text.
         cache: folder for compiled models.
         jobs: threads.
-        cluster: address of a Dask scheduler, such as "tcp://127.0.0.1:8786", whose workers predict
-            in place of the threads, one experiment per task.
+        cluster: address of a Dask scheduler, such as "tcp://127.0.0.1:8786". Its workers replace
+            the threads and predict one experiment per task.
 
     Raises:
         UserError: if an effect is unknown, or the cluster cannot be reached or is lost.
 
     """
-    # of matrices as small as these, threads of the linear algebra wait for each other
+    # with such small matrices, threads of the linear algebra only wait for each other
     with threadpool_limits(limits=1, user_api="blas"), _pools(jobs, cluster) as pooled:
-        return _identified(config, training, validation, question, pooled, tell, cache, jobs)
+        return _identified(config, training, validation, question, pooled, report, cache, jobs)
 
 
 @contextmanager
 def _pools(jobs: int, cluster: str) -> Iterator[Pools]:
-    """Yield what makes a pool for a predictor."""
+    """Yield a function that makes the pool of a predictor."""
     if not cluster:
         yield lambda predictor: Threads(predictor, jobs)
         return
@@ -113,16 +114,16 @@ def _pools(jobs: int, cluster: str) -> Iterator[Pools]:
 
 def _identified(
     config: Configuration, training: Sequence[Experiment], validation: Sequence[Experiment],
-    question: Question, pooled: Pools, tell: Tell, cache: Path | None, jobs: int,
+    question: Question, pooled: Pools, report: Report, cache: Path | None, jobs: int,
 ) -> Result:  # fmt: skip
     model = bounded(PlantModel(config, cache), config.bench)
-    stated, said = with_gain(config.bench, training, model.plant_values)
+    stated, gain_notes = with_gain(config.bench, training, model.plant_values)
     learn, check = (as_stated(e, stated) for e in counted(training, validation))
-    sound = without_contradictions(learn, check, model.plant_values)
-    left_out = said + sound.left_out
-    learn, check = _split(sound.training, sound.validation)
+    consistent = without_contradictions(learn, check, model.plant_values)
+    left_out = gain_notes + consistent.left_out
+    learn, check = _split(consistent.training, consistent.validation)
     notes = left_out + [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
-    predictor, learn, check, why = predicting(model, learn, check, sound.contrary)
+    predictor, learn, check, why = predicting(model, learn, check, consistent.contrary)
     if predictor is None:
         return Result("cannot_examine", why, notes=notes)
     model = predictor.model
@@ -130,29 +131,29 @@ def _identified(
     ordinary = parameters.ordinary(model, tolerances(predictor))
     nuisances = felt(predictor, learn, ordinary, jobs)
     nuisances += [c for c in ordinary if c.field in predictor.later and c not in nuisances]
-    given = ordered(predictor, Investigation(learn, check, nuisances, candidates), tell, jobs)
-    asked = course(predictor, given, tell, told=question.set_points, jobs=jobs)
-    if asked is None:
+    given = ordered(predictor, Investigation(learn, check, nuisances, candidates), report, jobs)
+    first_choice = course(predictor, given, report, stated=question.set_points, jobs=jobs)
+    if first_choice is None:
         return _too_early()
-    search = partial(_searched, predictor, pooled=pooled, tell=tell, thorough=question.search)
-    told = question.set_points != "unknown"
-    last = searched(predictor, given, asked, told, search, tell, jobs)
-    widened = widen(predictor, last, tell, jobs)
-    asked, searcher, found = last.asked, last.searcher, last.found
-    learn, check, candidates = asked.learn, asked.check, asked.candidates
+    search = partial(_searched, predictor, pooled=pooled, report=report, thorough=question.search)
+    is_stated = question.set_points != "unknown"
+    last = searched(predictor, given, first_choice, is_stated, search, report, jobs)
+    widened = widen(predictor, last, report, jobs)
+    examined, searcher = last.investigation, last.searcher
+    learn, check, candidates = examined.learn, examined.check, examined.candidates
     notes = left_out + [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
-    if found is None:
-        tell("interrupted: concluding from what is known so far")
+    if last.search is None:
+        report("interrupted: concluding from the search so far")
         result = _so_far(searcher)
     else:
-        result = conclude(searcher, found)
+        result = conclude(searcher, last.search)
         if not question.search:
             account.judge(result)
-        doubt_rows(result, asked.answer, learn, last.believed)
+        doubt_rows(result, examined.answer, learn, last.held_assumed)
         doubt_haste(result, predictor, [*learn, *check])
         if question.plain_fit and result.gap:
-            tell("fitting the same by ordinary least squares")
-            account.compare_with_plain_fit(searcher, found, result)
+            report("fitting the named effects by ordinary least squares")
+            account.compare_with_plain_fit(searcher, last.search, result)
     result.notes = [*notes, *widened, *result.notes]
     result.digests = {e.name: e.digest for e in (*learn, *check)}
     result.held_out = [e.name for e in check]
@@ -163,31 +164,32 @@ def _identified(
 
 
 def _searched(
-    predictor: Predictor, asked: Investigation, pooled: Pools, tell: Tell, thorough: bool
+    predictor: Predictor, investigation: Investigation, pooled: Pools, report: Report,
+    thorough: bool,
 ) -> Searched:  # fmt: skip
-    """Search, or look for terms alone; after Ctrl-C nothing is found, with nothing under way."""
+    """Search for effects, or for free terms only; after Ctrl-C the result holds no search."""
     searcher = Searcher(
-        predictor, asked.learn, asked.check, asked.candidates, asked.nuisances, pooled(predictor),
-        tell,
+        predictor, investigation.learn, investigation.check, investigation.candidates,
+        investigation.nuisances, pooled(predictor), report,
     )  # fmt: skip
     try:
-        return Searched(asked, searcher, searcher.run() if thorough else searcher.look())
+        return Searched(investigation, searcher, searcher.run() if thorough else searcher.look())
     except KeyboardInterrupt:
-        return Searched(asked, searcher, None)
+        return Searched(investigation, searcher, None)
 
 
 def _too_early() -> Result:
-    """Return that nothing is known so far."""
+    """Return the result of an interruption before the first screening."""
     why = "interrupted before the first screening of the effects was complete"
     return Result("cannot_examine", why, interrupted=True)
 
 
 def _so_far(searcher: Searcher) -> Result:
-    """Return the result of a search that the user ended."""
-    found = searcher.stopped()
-    if not found.rounds:
+    """Return the result of a search that the user interrupted."""
+    search = searcher.stopped()
+    if not search.rounds:
         return _too_early()
-    result = conclude(searcher, found, thorough=False)
+    result = conclude(searcher, search, thorough=False)
     result.reason = f"interrupted; so far {result.reason}"
     result.interrupted = True
     return result
@@ -204,9 +206,9 @@ def _split(
 
 
 def _in_order(experiments: Sequence[Experiment]) -> list[Experiment]:
-    """Return the logs of a bench in the order of their names: any order gives the same answer.
+    """Return the logs of a bench sorted by name, so that their order does not change the result.
 
-    Recordings of a whole actuator stay as they are: who numbers them has chosen what is held out.
+    Recordings of a complete actuator keep their order, by which the user chooses held-out data.
     """
     if any(len(e.current) for e in experiments):
         return list(experiments)
@@ -215,9 +217,9 @@ def _in_order(experiments: Sequence[Experiment]) -> list[Experiment]:
 
 def _chosen(candidates: list[Coordinate], question: Question) -> list[Coordinate]:
     only, exclude = question.only, question.exclude
-    known = {c.name for c in candidates} | {c.name.rpartition(".")[2] for c in candidates}
+    available = {c.name for c in candidates} | {c.name.rpartition(".")[2] for c in candidates}
     for name in (*only, *exclude):
-        if name not in known:
+        if name not in available:
             raise UserError(
                 f"{name}: no such effect among those that these data could show; "
                 f"they are {', '.join(sorted(c.name for c in candidates))}"

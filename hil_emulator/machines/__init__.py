@@ -1,4 +1,5 @@
-"""A user's own machine: what to ask, what data sheets say, and the configuration that follows.
+"""A user's machine: questions, data sheets of valves, and the resulting configuration.
 
-What data sheets do not print has a usual value, computed from the machine's size, with its reason.
+Values that data sheets do not state have usual values, computed from the machine's size, each with
+its reason.
 """

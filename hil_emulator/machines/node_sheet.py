@@ -1,6 +1,6 @@
-"""The EDS of a machine's node: that of the package, with limits and digits that carry the machine.
+"""The EDS of a machine's node: that of the package, with limits and digits for the machine.
 
-The package's one has a valve of 10 mA and pressures of up to 327 bar in 16 bits.
+The EDS of the package is for a valve of 10 mA and pressures of up to 327 bar in 16 bits.
 """
 
 import re
@@ -21,7 +21,7 @@ def electronic_data_sheet(text: str, file_name: str, answers: Answers) -> str:
 
     Args:
         text: the package's EDS.
-        file_name: what the file is called.
+        file_name: name of the file.
         answers: of the user.
 
     """
@@ -40,11 +40,11 @@ def electronic_data_sheet(text: str, file_name: str, answers: Answers) -> str:
 
 
 def _digit(fine: float, digits: int, reach: float) -> str:
-    """Return what one digit stands for: the fine value, or a multiple with which all can be said.
+    """Return the value of a digit: the fine value, or a multiple that covers the range.
 
     Args:
-        fine: what it stands for in the package's EDS.
-        digits: how many there are on each side of zero.
+        fine: value of a digit in the package's EDS.
+        digits: number of digits on each side of zero.
         reach: the largest value.
 
     """

@@ -1,4 +1,4 @@
-"""What a user is asked about a machine: one table, from which prompts and options are made."""
+"""Questions about a machine: one table, from which prompts and options are derived."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -20,7 +20,7 @@ class Answers(dict[str, Answer]):
 
     Args:
         values: answers.
-        given: names of those that the user gave; the others are usual values.
+        given: names of the user's answers; the other answers are usual values.
 
     """
 
@@ -30,7 +30,7 @@ class Answers(dict[str, Answer]):
 
 
 OWN = "own"
-"""The valve that is in no library."""
+"""Name of a valve that is not in the library."""
 
 IDEAL, FIXED, VARIABLE = "ideal", "fixed", "variable"
 """Supplies: constant pressure, a fixed pump with a relief valve, a pressure-compensated pump."""
@@ -46,17 +46,17 @@ def _nothing(answers: Answers) -> str:
 
 @dataclass(frozen=True)
 class Inquiry:
-    """One thing to know of a machine.
+    """A question about a machine.
 
     Attributes:
-        name: key of its answer; its option is the same with dashes.
+        name: key of its answer; its option has dashes instead.
         text: the question.
-        default: what a usual machine answers, from the answers before it; a function, or a value.
-        param: what the answer is, where that is a quantity.
-        choices: the answers there are, where that is a word.
-        applies: whether it means something, from the answers before it.
-        asked: whether it is put then; else it is answered by its option alone.
-        wrong: what is wrong with the answers up to and with its own; "" for nothing.
+        default: answer for a usual machine: a value, or a function of the previous answers.
+        param: declaration of the answer, if it is a quantity.
+        choices: possible answers, if it is a word.
+        applies: whether the question is relevant, from the previous answers.
+        asked: whether a relevant question is prompted; otherwise only its option answers it.
+        wrong: error of the answers up to this question; "" without error.
 
     """
 
@@ -74,22 +74,22 @@ class Inquiry:
         return self.default(answers) if callable(self.default) else self.default
 
     def written(self, answer: Answer) -> str:
-        """Return an answer as a user would write it."""
+        """Return an answer in the notation of a user."""
         if self.param is None or isinstance(answer, str):
             return str(answer)
         return show(answer, self.param.unit, self.param.shown)
 
     def read(self, text: str, before: Answers) -> Answer:
-        """Return the answer that a text is.
+        """Return the answer that a text represents.
 
         Raises:
-            ValueError: it is none; says why, and what one is.
+            ValueError: the text is not an answer; the message has the reason and an example.
 
         """
         given = QuantityReader(self.param)(text) if self.param else " ".join(text.split())
         if self.choices and given not in self.choices:
-            known = ", ".join(self.choices)
-            raise ValueError(f"there is no {brief(text)!r}; there are {known}")
+            choices = ", ".join(self.choices)
+            raise ValueError(f"there is no {brief(text)!r}; there are {choices}")
         reason = self.wrong(Answers({**before, self.name: given}))
         if reason:
             raise ValueError(reason)
@@ -97,7 +97,7 @@ class Inquiry:
 
     @property
     def hint(self) -> str:
-        """The question with an example of its answer, or the answers there are."""
+        """The question with an example of its answer, or with its choices."""
         if self.choices:
             return f"{self.text}: {', '.join(self.choices)}."
         return (
@@ -118,7 +118,7 @@ def number(answers: Answers, name: str) -> float:
 
 
 def valve(answers: Answers) -> ValveSheet:
-    """Return the data sheet of the valve, with the answers in place of its numbers."""
+    """Return the data sheet of the valve, with the numbers that were answered."""
     chosen = str(answers["valve"])
     sheet = library().get(chosen) or ValveSheet("a valve of your own", "your data sheet", {}, {})
     for name in PRINTED:
@@ -191,7 +191,7 @@ def _stored(answers: Answers) -> bool:
 
 
 def _sheet_question(name: str, text: str) -> Inquiry:
-    """Ask for a number of the data sheet: of the library's valves only who knows it better."""
+    """Return the question for a number of the data sheet; prompted only for the user's valve."""
     param = PRINTED[name]
     return Inquiry(name, text, param.typical, param, asked=_own_valve)
 
@@ -237,7 +237,7 @@ QUESTIONS = (
              IDEAL, choices=(IDEAL, FIXED, VARIABLE)),
     Inquiry("pump_flow", "Flow of the pump", lambda a: 1.2 * valve(a).get("nominal_flow"),
              PUMP_FLOW, applies=_pumped),
-    Inquiry("accumulator", "Gas volume of the accumulator, 0 for none", 0.0, ACCUMULATOR,
+    Inquiry("accumulator", "Gas volume of the accumulator, 0 without one", 0.0, ACCUMULATOR,
              applies=_pumped),
     Inquiry("precharge", "Its pre-charge pressure",
              lambda a: 0.8 * number(a, "supply_pressure"), PRECHARGE, applies=_stored,
@@ -250,29 +250,31 @@ QUESTIONS = (
              applies=lambda a: "slope" not in a, wrong=_too_heavy),
     Inquiry("node_id", "CANopen node-ID", 5.0, NODE),
 )  # fmt: skip
-"""Every question, in the order in which they are put."""
+"""Every question, in the order of the prompts."""
 
 
 def answered(given: Mapping[str, str], ask: Callable[[Inquiry, Answers], Answer]) -> Answers:
-    """Return the answers to all questions that are to be put.
+    """Return the answers to all relevant questions.
 
     Args:
-        given: answers that need no asking, by name.
-        ask: puts a question, and returns its answer.
+        given: answers that are already available, by name.
+        ask: prompts a question, and returns its answer.
 
     Raises:
-        UserError: for an answer that is none, or none to a question that this machine has.
+        UserError: for a wrong answer, or an answer to a question that is not relevant.
 
     """
     answers = Answers({})
     for question in QUESTIONS:
         applies = question.applies(answers)
         if question.name in given and not applies:
-            raise UserError(f"{question.option}: means nothing here, see {_governing(question)}")
+            raise UserError(f"{question.option}: does not apply here, see {_governing(question)}")
         if question.name in given:
             answers[question.name] = _read(question, given[question.name], answers)
             answers.given.add(question.name)
-        elif applies and question.asked(answers) and not _said_otherwise(question.name, given):
+        elif (
+            applies and question.asked(answers) and not _answered_differently(question.name, given)
+        ):
             usual = question.usual(answers)
             answers[question.name] = ask(question, answers)
             if answers[question.name] != usual:
@@ -293,7 +295,7 @@ def _governing(question: Inquiry) -> str:
     return "--pump and --accumulator" if question.applies is _stored else "--pump"
 
 
-def _said_otherwise(name: str, given: Mapping[str, str]) -> bool:
-    """Tell whether another answer says the same thing: the drop per edge, the other frequency."""
+def _answered_differently(name: str, given: Mapping[str, str]) -> bool:
+    """Return whether another answer states the same quantity: drop per edge, other frequency."""
     pairs = {"pressure_drop_total": "pressure_drop_per_edge", "phase_90": "amplitude_3db"}
     return pairs.get(name) in given

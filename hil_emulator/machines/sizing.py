@@ -1,7 +1,7 @@
-"""What no data sheet prints, from the machine's size, each with its reason.
+"""Values that data sheets do not state, computed from the machine's size, each with its reason.
 
-Most reasons are rules of thumb for seals, pipes and sensors, scaled from the reference machine,
-whose cylinder has been measured; each says so, and a measurement of your own is better.
+Most are rules of thumb for seals, pipes and sensors, scaled from the reference machine, whose
+cylinder has been measured. The reason states this; a measurement of the machine is better.
 """
 
 import math
@@ -10,16 +10,16 @@ from dataclasses import dataclass
 from hil_emulator.machines.questions import Answers, number, piston_area, valve
 
 REFERENCE_BORE = 0.016
-"""Bore of HyQ's cylinder [m] (S1 3.4), from which seals are scaled."""
+"""Bore of HyQ's cylinder [m] (S1 3.4), the reference for scaling of seals."""
 
 PIPE_SPEED = 5.0
 """Speed of the oil in a pressure line at the nominal flow [m/s] (usual: 4 to 6)."""
 
 LEAST_VOLUME = 1e-8
-"""Least dead volume of a chamber that a configuration takes [m³]."""
+"""Smallest dead volume of a chamber in a configuration [m³]."""
 
 _RANGES = (1.0, 1.6, 2.5, 4.0, 6.0)
-"""Steps of measuring ranges within a decade, as makers of sensors offer them."""
+"""Usual steps of sensors' measuring ranges within a decade."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Typical:
 
     Attributes:
         value: SI.
-        reason: where it comes from.
+        reason: its origin.
 
     """
 
@@ -71,7 +71,7 @@ def coulomb_friction(answers: Answers) -> Typical:
 
 
 def viscous_friction(answers: Answers) -> Typical:
-    """Return the viscous coefficient [N s/m]: of a film that is as long as the seal."""
+    """Return the viscous coefficient [N s/m] of a film with the length of the seal."""
     value = 1000.0 * number(answers, "bore") / REFERENCE_BORE
     return Typical(value, "assumed: 1000 N s/m at 16 mm bore (S1 3.4.2), with the seal's length")
 
@@ -97,7 +97,7 @@ def rod_mass(answers: Answers) -> Typical:
 
 
 def pressure_range(answers: Answers) -> Typical:
-    """Return the upper end of the pressure sensors [Pa]: an annulus has more than the supply."""
+    """Return the upper end of the pressure sensors [Pa]; the annulus may exceed the supply."""
     return Typical(_range_above(1.3 * number(answers, "supply_pressure")), "next range of a maker")
 
 

@@ -1,4 +1,4 @@
-"""What data sheets print of valves, and the library of such sheets."""
+"""Data sheets of valves, and the library of such sheets."""
 
 import math
 from collections.abc import Mapping
@@ -33,31 +33,31 @@ PRINTED = {param.name: param for param in (
     Param("leakage_pressure", "Pa", "at which the leakages are printed", 210e5, 1e5, 400e5, "bar"),
     Param("max_pressure", "Pa", "largest supply pressure", 315e5, 1e5, 700e5, "bar"),
 )}  # fmt: skip
-"""What a data sheet may say, by key."""
+"""Declarations of the numbers of a data sheet, by key."""
 
 ORIGINS = {
     "printed": "data sheet",
     "memory": "from memory of the sheet, check against yours",
     "assumed": "assumed",
 }
-"""Where a number comes from, by table of the library, in words."""
+"""Origin of a number, by table of the library."""
 
 GIVEN = "as you gave it"
-"""Where an answer of the user comes from."""
+"""Origin of a user's answer."""
 
 UNSTATED = "assumed: a usual value, not stated"
-"""Where a number of the user's own valve comes from that no answer states."""
+"""Origin of a number of the user's valve without an answer."""
 
 
 @dataclass(frozen=True)
 class ValveSheet:
-    """What is known of a valve.
+    """The data of a valve.
 
     Attributes:
-        title: what it is.
+        title: name of the valve.
         sheet: the data sheet, with its edition.
         values: numbers by key of `PRINTED`, SI.
-        origins: where each comes from, in words.
+        origins: origin of each number.
 
     """
 
@@ -67,7 +67,7 @@ class ValveSheet:
     origins: Mapping[str, str]
 
     def get(self, name: str, otherwise: float = 0.0) -> float:
-        """Return a number, or another one where the sheet has none."""
+        """Return a number, `otherwise` if the sheet lacks it."""
         return self.values.get(name, otherwise)
 
     def changed(self, name: str, value: float, origin: str) -> "ValveSheet":
@@ -76,7 +76,7 @@ class ValveSheet:
         Args:
             name: key of the number.
             value: SI.
-            origin: where it comes from, in words.
+            origin: its origin.
 
         """
         drops = {"pressure_drop_total", "pressure_drop_per_edge"}
@@ -94,23 +94,23 @@ class ValveSheet:
     def flow(self, drop: float) -> float:
         """Return the flow at rated current and a pressure drop over each edge [m³/s, Pa].
 
-        The square-root law of an orifice through the nominal flow; a drop over the whole valve is
-        that of two edges (S1 eq. 3.7).
+        By the square-root law of an orifice through the nominal flow; the drop over the whole valve
+        is that of two edges (S1 eq. 3.7).
         """
         edge = self.values[self.drop] / (2.0 if self.drop == "pressure_drop_total" else 1.0)
         return self.values["nominal_flow"] * math.sqrt(drop / edge)
 
     @property
     def full_opening(self) -> float:
-        """Opening of an edge at the rated current [A], less what the overlap takes."""
+        """Opening of an edge at the rated current less the overlap [A]."""
         return self.values["rated_current"] * (1.0 - self.get("overlap"))
 
     @property
     def natural_frequency(self) -> tuple[float, str]:
-        """Natural frequency of the spool [Hz], and why.
+        """Natural frequency of the spool [Hz], and the reason.
 
-        The phase of a second order is -90° there, whatever its damping; at a damping ratio of 0.7
-        its amplitude is -3 dB there.
+        At this frequency the phase of a second-order system is -90° for any damping; at a damping
+        ratio of 0.7 its amplitude is -3 dB.
         """
         for name, word in (("phase_90", "-90°"), ("amplitude_3db", "-3 dB")):
             if name in self.values:
@@ -119,7 +119,7 @@ class ValveSheet:
 
     @property
     def damping_ratio(self) -> tuple[float, str]:
-        """Damping ratio of the spool, and why.
+        """Damping ratio of the spool, and the reason.
 
         With r the ratio of the frequencies of -3 dB and -90°, |G(r)|² = 1/2 gives
         1 - 2 z² = (r² - 1/r²)/2.
@@ -137,23 +137,23 @@ def library() -> Mapping[str, ValveSheet]:
     """Return every valve of the library by name.
 
     Raises:
-        UserError: it says something of a valve that is no quantity, or says it twice.
+        UserError: a number of a valve is not a quantity, or is stated twice.
 
     """
-    return {name: _sheet(name, said) for name, said in read_toml(LIBRARY, "library").items()}
+    return {name: _sheet(name, table) for name, table in read_toml(LIBRARY, "library").items()}
 
 
-def _sheet(name: str, said: Mapping[str, object]) -> ValveSheet:
+def _sheet(name: str, content: Mapping[str, object]) -> ValveSheet:
     values: dict[str, float] = {}
     origins: dict[str, str] = {}
     for table, origin in ORIGINS.items():
-        numbers = said.get(table, {})
+        numbers = content.get(table, {})
         for key, text in numbers.items() if isinstance(numbers, dict) else ():
             if key in values or key not in PRINTED:
-                raise UserError(f"{LIBRARY.name}: {name}.{table}.{key}: unknown, or there twice")
+                raise UserError(f"{LIBRARY.name}: {name}.{table}.{key}: unknown, or stated twice")
             try:
                 values[key] = QuantityReader(PRINTED[key])(text)
             except ValueError as error:
                 raise UserError(f"{LIBRARY.name}: {name}.{table}.{key}: {error}") from None
             origins[key] = origin
-    return ValveSheet(str(said["title"]), str(said["sheet"]), values, origins)
+    return ValveSheet(str(content["title"]), str(content["sheet"]), values, origins)

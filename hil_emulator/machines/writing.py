@@ -1,4 +1,4 @@
-"""The configuration of a machine as commented TOML: every number says where it comes from."""
+"""The configuration of a machine as TOML, with the origin of every number as a comment."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -30,15 +30,15 @@ SLOT = 0.25e-3
 
 
 _CONVERGED = 60
-"""Steps of a fixed point whose error falls by three or more in each."""
+"""Steps of a fixed-point iteration whose error decreases by a factor of 3 or more per step."""
 
 TOLERANCES = {"assumed": "50 %", "from memory": "20 %"}
-"""What `identify` may believe of a number, by a word of where it comes from (assumed)."""
+"""Tolerance of a number for `identify`, by a word in its origin (assumed)."""
 
 
 @dataclass(frozen=True)
 class Assignment:
-    """One line of a table: `key = value  # why`."""
+    """One line of a table: `key = value  # reason`."""
 
     key: str
     value: str
@@ -83,7 +83,7 @@ def _table(name: str, comment: str, entries: Sequence[Assignment]) -> str:
 
 
 def _with_tolerance(table: str, entry: Assignment) -> Assignment:
-    """Return a line with the tolerance of its number, unless it was given or printed."""
+    """Return a line with the tolerance of its number, unless the user or the sheet states it."""
     settings = {p.name for p in PARAMS.get(table, ()) if p.spread is SETTING}
     wide = next((size for word, size in TOLERANCES.items() if word in entry.why), "")
     if not wide or table not in PARAMS or entry.key in settings:
@@ -179,7 +179,7 @@ def _valve(answers: Answers) -> Iterator[Assignment]:
 
 
 def _null(sheet: ValveSheet) -> Iterator[Assignment]:
-    """Yield what a valve does about its null, and which edges are unlike the others."""
+    """Yield the lines of a valve's behaviour at null, and of edges that differ."""
     for name in ("overlap", "hysteresis", "threshold"):
         if part := sheet.get(name):
             why = f"of the rated current: {sheet.origins[name]}"
@@ -197,12 +197,13 @@ def _null(sheet: ValveSheet) -> Iterator[Assignment]:
 
 
 def clearance(sheet: ValveSheet) -> float:
-    """Return the clearance of the lands that passes what leaks at null [A].
+    """Return the clearance of the lands for the leakage at null [A].
 
-    Two edges in parallel paths, each at half the pressure, pass half of it, less the pilot stage:
-    q = K_v u sqrt(p/2) (1 + (Re_c/Re)⁴)^-¼, Re of turbulent flow there. That is solved for q of the
-    turbulent flow; K_v sqrt(p/2) is the nominal flow over the full opening at that pressure. Past
-    an overlap z a clearance c is worth an opening u = c sqrt(c/(c + 2 z)) (`land_leakage`).
+    Two parallel paths, each with half the pressure at an edge, carry half of the leakage without
+    the pilot stage: q = K_v u sqrt(p/2) (1 + (Re_c/Re)⁴)^-¼, with Re of turbulent flow. This is
+    solved for the turbulent q; K_v sqrt(p/2) is the nominal flow over the full opening at that
+    pressure. With an overlap z a clearance c is equivalent to an opening u = c sqrt(c/(c + 2 z))
+    (`land_leakage`).
     """
     leak = 0.5 * (sheet.get("null_leakage") - sheet.get("pilot_leakage"))
     half, rated = 0.5 * sheet.get("leakage_pressure"), sheet.get("rated_current")
@@ -212,7 +213,7 @@ def clearance(sheet: ValveSheet) -> float:
     usual = {p.name: p.default or 0.0 for table in ("valve", "oil") for p in PARAMS[table]}
     speed = DISCHARGE * math.sqrt(2.0 * half / usual["density"])
     reynolds = 2.0 * SLOT * speed / usual["kinematic_viscosity"]
-    # what passes at the critical Reynolds number, were it turbulent
+    # turbulent flow at the critical Reynolds number
     critical = sheet.flow(half) * usual["critical_reynolds_number"] / reynolds
     fourth = 0.5 * (leak**4 + leak**2 * math.sqrt(leak**4 + 4.0 * critical**4))
     turbulent = math.sqrt(math.sqrt(fourth))
@@ -286,7 +287,7 @@ def _asked(answers: Answers, name: str, key: str) -> Assignment:
 
 
 def _given(answers: Answers, *names: str) -> str:
-    """Return which of several answers the user gave."""
+    """Return the names of the answers given by the user."""
     stated = [name for name in names if name in answers.given]
     if len(stated) == len(names):
         return GIVEN

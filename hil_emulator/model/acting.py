@@ -1,9 +1,9 @@
 """Machine code of the integration in which only some effects act.
 
 Code for the whole catalogue checks for every effect whether it is on, at every stage of a step, and
-these branches prevent vector instructions. Here the compiler knows that the others are off, and
-omits their code and the signals that no sensor reads. A step then takes two thirds of the time.
-Both compute the same to the last bit, on the same memory.
+these branches prevent vector instructions. With the other effects declared off, the compiler omits
+their code and the signals that no sensor reads. A step then takes two thirds of the time. The
+results are equal to the last bit, on the same memory.
 """
 
 import hashlib
@@ -19,21 +19,22 @@ from hil_emulator.model.kernel import Kernel, keep, sources_digest
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stages import SAMPLED
 
-_SOURCE = '''"""The integration of {whole} where no other effects act than {names}."""
+_SOURCE = '''"""The integration of {whole} with only these effects: {names}."""
 
 
 @compiled
 def fill_acting(parameters, par):
-    """Copy the parameters of all actuators; what does not act is off."""
+    """Copy the parameters of all actuators; set the knobs of other effects off."""
     fill_all(parameters, par)
     for i in range(ACTUATORS):
 {parameters}
 
 
 @compiled
-def show_seen(y, signals):
-    """Leave the signals that sensors see."""
-    told = view(signals, SIGNALS)
+def store_signals(y, signals):
+    """Store the signals that sensors read."""
+
+    stored = view(signals, SIGNALS)
     for i in range(ACTUATORS):
 {signals}
 
@@ -44,7 +45,7 @@ def pass_acting(memory, past, par, inputs, signals, path, step, steps):
     parameters, y = stack_array(ACTUATORS, PARAMETERS), stack_array(ACTUATORS, SIGNALS)
     fill_acting(parameters, par)
     sound = pass_given(memory, past, parameters, inputs, y, path, step, steps)
-    show_seen(y, signals)
+    store_signals(y, signals)
     return sound
 
 
@@ -60,7 +61,7 @@ def _lines(lines: Iterable[str]) -> str:
 
 
 def _off_lines(whole: Kernel, acting: Iterable[Effect]) -> Iterable[str]:
-    """Yield the lines that turn off all other effects."""
+    """Yield the lines that switch off all other effects."""
     for effect in whole.effects:
         if effect.stage not in SAMPLED and effect not in acting:
             off = "math.inf" if math.isinf(effect.off) else repr(effect.off)
@@ -69,13 +70,13 @@ def _off_lines(whole: Kernel, acting: Iterable[Effect]) -> Iterable[str]:
 
 def acting_source(whole: Kernel, acting: Iterable[Effect]) -> str:
     """Return the text of such an integration, for use with the module of the whole model."""
-    known = list(acting)
-    seen = sorted({name for c in CHANNELS for name in (c.signal, c.neighbour)})
+    selected = list(acting)
+    quantities = sorted({name for c in CHANNELS for name in (c.signal, c.neighbour)})
     return _SOURCE.format(
         whole=hashlib.sha256(whole.source.encode()).hexdigest()[:16],
-        names=" ".join(sorted(effect.name for effect in known)) or "none",
-        parameters=_lines(_off_lines(whole, known)),
-        signals=_lines(f"told[i].{name} = y[i].{name}" for name in seen),
+        names=" ".join(sorted(effect.name for effect in selected)) or "-",
+        parameters=_lines(_off_lines(whole, selected)),
+        signals=_lines(f"stored[i].{name} = y[i].{name}" for name in quantities),
     )
 
 
@@ -89,21 +90,22 @@ def build_acting(
 ) -> Callable[..., bool]:
     """Return `Kernel.tick` for a plant in which no other effects act.
 
-    Of the reached state it stores only the signals that sensors read, see `sensors.wiring`.
+    It stores only the signals that sensors read, see `sensors.wiring`.
 
     Args:
         whole: the compiled model.
-        acting: those of its effects that may be on.
+        acting: the effects that may be on.
         cache: folder of machine code.
 
     """
     source = acting_source(whole, acting)
     file = keep(source, cache / sources_digest(whole.effects)) if cache else None
-    # numba finds the function through a module of this name
-    module = ModuleType(file.stem if file else "hil_emulator_acting")
-    sys.modules[module.__name__] = module
-    module.__dict__.update(whole.parts)
-    module.__dict__["entry_point"] = entry_point(file)
+    # Numba finds the function through a module of this name. It names machine code by module and a
+    # counter of the process: with one module for all, codes of two processes could have one name,
+    # and a process that loads both would run the first in place of the second.
+    name = file.stem if file else "hil_emulator_acting"
+    module = sys.modules[name] = ModuleType(name)
+    module.__dict__.update(whole.parts, __name__=name, entry_point=entry_point(file))
     exec(compile(source, str(file or "<acting>"), "exec"), module.__dict__)
     tick: Callable[..., bool] = module.tick
     return tick

@@ -1,14 +1,14 @@
 """Memory as arrays and records, in machine code.
 
-`view` shows flat memory as records, `as_floats` records as flat memory. Numba can do that too, but
-compiling it for each record type takes a fifth of the time that the whole model takes.
+`view` shows flat memory as records, `as_floats` shows records as flat memory. Numba can do this as
+well, but compiling it for each record type takes 20 % of the compile time of the whole model.
 
-`stack_array` creates records on the stack of a compiled function. No argument of the function can
-be the same memory, and it ends with the function: the compiler keeps in registers what it can, and
-omits what is not read.
+`stack_array` creates records on the stack of a compiled function. They cannot overlap an argument
+of the function, and they end with the function. So the compiler keeps values in registers, and
+omits unused ones.
 
 `array_at_address` returns an array in memory whose address is given. Numba takes 30 ns to read an
-array object of Python, and a tick needs fifteen arrays; so one array of addresses is handed over.
+array object of Python, and a tick needs fifteen arrays; so one array of addresses is passed.
 """
 
 import ctypes
@@ -39,7 +39,7 @@ _ALIGNMENT = 64
 
 @intrinsic
 def view(_: Any, flat: Any, layout: Any) -> _Compiled:
-    """Return the records, all of one type, that lie one after the other in an array of float64."""
+    """Return the consecutive records of one type in an array of float64."""
     records = types.Array(layout.dtype, 1, "C")
 
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -69,9 +69,9 @@ def as_floats(_: Any, records: Any) -> _Compiled:
 
 @intrinsic(prefer_literal=True)
 def stack_array(_: Any, count: Any, layout: Any) -> _Compiled:
-    """Return so many records of zeros on the stack; the compiler must know the number.
+    """Return `count` records of zeros on the stack; the count must be a compile-time constant.
 
-    They last as long as the function that calls this, so it must not return them.
+    They end with the calling function, which must not return them.
     """
     records = types.Array(layout.dtype, 1, "C")
     flat = _types.UniTuple(types.float64, count.literal_value * layout.dtype.size // 8)
@@ -89,7 +89,7 @@ def stack_array(_: Any, count: Any, layout: Any) -> _Compiled:
 
 @intrinsic
 def array_at_address(_: Any, address: Any, shape: Any, layout: Any) -> _Compiled:
-    """Return the array of a type and shape that lies at an address, row by row."""
+    """Return the array of a type and shape at an address, in C order."""
     array = types.Array(layout.dtype, len(shape), "C")
     extents = _types.UniTuple(types.intp, len(shape))
 
@@ -119,7 +119,7 @@ def _array(
 
 
 def addresses(*arrays: np.ndarray[Any, Any]) -> Addresses:
-    """Return where arrays begin and how long they are, a row for each; they must be kept alive."""
+    """Return address and length of arrays, one row each; the arrays must be kept alive."""
     rows = [(array.ctypes.data, len(array)) for array in arrays]
     return np.array(rows, np.int64).reshape(-1, 2)
 

@@ -1,7 +1,7 @@
-"""Calls of machine code whose arguments stay the same objects from call to call.
+"""Calls of machine code with fixed argument objects.
 
-Numba looks at the type of every argument at every call; for a tick's dozen arrays that takes
-longer than handing them over.
+Numba checks the type of every argument at every call; for a dozen arrays per tick this takes longer
+than passing them.
 """
 
 import functools
@@ -19,8 +19,8 @@ def bound(
     Args:
         function: a compiled function, or a plain one.
         held: its first arguments, for all calls.
-        left: one example for the type of each of the others.
-        kept_alive: arrays whose addresses the arguments hold; they live as long as the result.
+        left: one example of each remaining argument, for its type.
+        kept_alive: arrays whose addresses the arguments hold; the result keeps them alive.
 
     """
     if hasattr(function, "compile"):

@@ -26,9 +26,9 @@ from hil_emulator.model.stages import (
 def chamber_pressure(state: float, gas: float) -> float:
     """Return the pressure that belongs to a chamber's state [Pa], never negative.
 
-    s = p - g²/p: far above the gas pressure g the state is the pressure. Below, it goes on to
-    large negative values as gas expands, so that a step of any width leaves p > 0 and the volume
-    that opened must be filled again before the pressure rises. Without gas the corner is sharp.
+    s = p - g²/p: far above the gas pressure g the state is the pressure. Below, it continues to
+    large negative values as gas expands. So p > 0 after a step of any width, and the volume of gas
+    must be filled again before the pressure rises. Without gas the corner is sharp.
     """
     if gas == 0.0:
         return max(0.0, state)
@@ -38,7 +38,7 @@ def chamber_pressure(state: float, gas: float) -> float:
 
 
 def gas_factor(pressure: float, state: float, per_gas: float) -> float:
-    """Return ds/dp of `chamber_pressure`: how much faster the state moves than the pressure.
+    """Return ds/dp of `chamber_pressure`, the rate of the state over that of the pressure.
 
     It is 1 + (g/p)², and g/p is (p - s)/g.
     """
@@ -61,7 +61,7 @@ def leak(x: Any, dx: Any, par: Any, held: Any, y: Any) -> tuple[float, float, fl
 
 
 def relieve(x: Any, dx: Any, par: Any, y: Any) -> tuple[float, float, float]:
-    """Flow of the relief valves between the ports and from either one to the tank [m³/s]."""
+    """Flow of the relief valves between the ports, and from each port to the tank [m³/s]."""
     q_r = cross_relief(par, x, dx, y.pressure_a, y.pressure_b)
     q_ta = port_relief(par, x, dx, y.pressure_a, y.tank_pressure)
     q_tb = port_relief(par, x, dx, y.pressure_b, y.tank_pressure)
@@ -78,7 +78,7 @@ def relieve(x: Any, dx: Any, par: Any, y: Any) -> tuple[float, float, float]:
 def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b: float) -> None:
     """Continuity in both chambers (S1 eq. 3.11-3.14), at the pressures of their states [Pa].
 
-    A piston in its stop, or beyond one that is off, leaves a chamber its dead volume.
+    At or beyond the end of the stroke the volume of a chamber is its dead volume.
     """
     left_a = max(0.0, x.position)
     left_b = max(0.0, par.cylinder_stroke - x.position)
@@ -87,7 +87,7 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b:
     v_a = par.cylinder_dead_volume_a + area_a * left_a
     v_b = par.cylinder_dead_volume_b + area_b * left_b
     y.volume_a, y.volume_b = v_a, v_b
-    per_volumes = 1.0 / (v_a * v_b)  # one quotient for both chambers
+    per_volumes = 1.0 / (v_a * v_b)  # one division for both chambers
     q_ab, q_ea, q_eb = leak(x, dx, par, held, y)
     q_r, q_ta, q_tb = relieve(x, dx, par, y)
     q_ca = cushion_flow_a(par, x, dx, left_a, held.viscosity)
@@ -97,7 +97,7 @@ def fill_chambers(x: Any, dx: Any, par: Any, held: Any, y: Any, p_a: float, p_b:
     beta_a = oil(par, x, dx, modulus, p_a, v_a, temperature, change_a, expansion_a)
     beta_b = oil(par, x, dx, modulus, p_b, v_b, temperature, change_b, expansion_b)
     y.bulk_modulus_a, y.bulk_modulus_b = beta_a, beta_b
-    # the value that is computed last is added last, here and below
+    # the value computed last is added last, here and below
     into_a = y.flow_a - (q_ab + q_ea + area_a * x.velocity + q_r + q_ta - q_ca)
     into_b = q_ab - q_eb + area_b * x.velocity + q_r - q_tb + q_cb - y.flow_b
     y.pressure_rate_a = beta_a * (v_b * per_volumes) * into_a

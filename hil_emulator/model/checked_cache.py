@@ -1,8 +1,8 @@
 """Machine code in files with a checksum, which is compared before loading.
 
-A loss of power leaves incomplete files, and a wrong bit in machine code ends the process. Files
-that do not match their checksum are deleted, and the function is compiled again. Numba writes each
-file under another name first and then renames it; the checksum is written last, in the same way.
+A loss of power leaves incomplete files, and damaged machine code ends the process. Files that do
+not match their checksum are deleted, and the function is compiled again. Numba writes each file
+under another name first and then renames it; the checksum is written last, in the same way.
 """
 
 import glob
@@ -48,7 +48,7 @@ class CheckedCache(_Cache):  # type: ignore[misc]
         try:
             if self._checksum.read_text() == self._digest():
                 return super().load_overload(sig, target_context)
-        except Exception:  # unpickling raises whatever the code of a changed class raises
+        except Exception:  # unpickling a changed class may raise any exception
             pass
         self._discard()
         return None
@@ -82,7 +82,7 @@ class CheckedCache(_Cache):  # type: ignore[misc]
 
 
 def write_whole(file: Path, text: str) -> None:
-    """Write a file so that no other process reads a part of it.
+    """Write a file atomically: no other process reads a part of it.
 
     Raises:
         OSError: if it cannot be written; then there is no file, or the former one.

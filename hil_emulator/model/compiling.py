@@ -31,7 +31,7 @@ ARITHMETIC: dict[str, Any] = {**_ALLOCATING, "_nrt": False}
 references to arrays. A fifth of an integration step is saved."""
 
 _CALLED_WITHIN: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-"""The wrappers for Python and C are two fifths of a compilation; only entry points need them."""
+"""The wrappers for Python and C take 40 % of a compilation; only entry points need them."""
 
 
 def inlined(**options: Any) -> Decorator:
@@ -52,9 +52,9 @@ def allocating(**options: Any) -> Decorator:
 
 
 def merged() -> Decorator:
-    """Return a decorator for functions with a single caller, which are compiled as its text.
+    """Return a decorator for functions with a single caller, inserted into its source text.
 
-    Otherwise LLVM optimises a model's code once more for each function around it.
+    Otherwise LLVM optimises a model's code again for each enclosing function.
     """
     decorator: Decorator = numba.njit(inline="always", **ARITHMETIC)
     return decorator
@@ -70,8 +70,8 @@ def entry_point(module: Path | None, rolled: bool = False, **options: Any) -> De
     """Return a decorator for functions that Python calls, compiled once for all processes.
 
     Args:
-        module: file of the functions' module, beside which their machine code is kept; None
-            compiles for this process alone.
+        module: file of the functions' module; machine code is stored in its folder. None compiles
+            for this process only.
         rolled: whether loops stay loops, see `optimised`.
         options: as of `numba.njit`.
 
@@ -120,9 +120,8 @@ def optimised(rolled: bool) -> Iterator[None]:
     """Let LLVM optimise straight-line arithmetic; numba has these settings per process only.
 
     Args:
-        rolled: whether loops stay loops. Those over states and channels, whose number the code does
-            not know, end before several rounds at once pay, and unrolling them gives three times
-            as much code.
+        rolled: whether loops stay loops. Loops over states and channels are too short to benefit
+            from unrolling, which gives three times as much code.
 
     """
     codegen: Any = cpu_target.target_context.codegen()
@@ -131,11 +130,11 @@ def optimised(rolled: bool) -> Iterator[None]:
         tuning = llvm.create_pipeline_tuning_options(speed_level=opt)
         tuning.loop_vectorization = False
         tuning.loop_interleaving = tuning.loop_unrolling = not rolled
-        # a square root or a quotient of two numbers takes no longer than that of one
+        # a vector square root or division takes no longer than a scalar one
         tuning.slp_vectorization = opt > 0
         return llvm.create_pass_builder(codegen._tm, tuning)
 
-    # an entry point may be compiled while another one that calls it is
+    # an entry point may be compiled during the compilation of its caller
     outer = vars(codegen).get("_pass_builder")
     codegen._pass_builder = build
     try:

@@ -34,20 +34,20 @@ from hil_emulator.model.array_memory import BYTE, FLOAT, WHOLE
 from hil_emulator.model.sensors import Transducers
 '''
 
-# Plain float arrays cross the border from Python: records would cost microseconds to unpack there.
-# They hold one record for each of the actuators on a supply. What an integration works on is copied
-# to the stack and back, see `array_memory`.
+# Python passes plain float arrays, because unpacking records takes microseconds. They hold one
+# record for each actuator on a supply. The memory of an integration is copied to the stack and
+# back, see `array_memory`.
 _ENTRIES = '''@compiled
 def fill_all(parameters, par):
     """Copy the parameters of all actuators."""
-    own = as_floats(parameters)
-    for i in range(len(own)):
-        own[i] = par[i]
+    copies = as_floats(parameters)
+    for i in range(len(copies)):
+        copies[i] = par[i]
 
 
 @compiled
 def prepare_all(states, parameters, inputs, held):
-    """Fill what stays constant during a call of the integrator."""
+    """Fill the values that are constant during a call of the integrator."""
     given = view(inputs, INPUTS)
     for i in range(ACTUATORS):
         prepare_step(states[i], parameters[i], given[i], held[i])
@@ -63,7 +63,7 @@ def delay_all(parameters, past, held, step, steps):
 
 @merged
 def pass_given(memory, past, parameters, inputs, y, path, step, steps):
-    """Integrate one tick, the set points delayed; tell whether the states are finite."""
+    """Integrate one tick with delayed set points; return whether the states are finite."""
     held = stack_array(ACTUATORS, HELD)
     work = Work(
         stack_array(ACTUATORS, STATE), stack_array(ACTUATORS, STATE), stack_array(ACTUATORS, STATE),
@@ -84,11 +84,11 @@ def pass_given(memory, past, parameters, inputs, y, path, step, steps):
 def pass_tick(memory, past, par, inputs, signals, path, step, steps):
     """Integrate one tick: see `pass_given`."""
     parameters, y = stack_array(ACTUATORS, PARAMETERS), stack_array(ACTUATORS, SIGNALS)
-    found = as_floats(y)
+    results = as_floats(y)
     fill_all(parameters, par)
     sound = pass_given(memory, past, parameters, inputs, y, path, step, steps)
     for i in range(SIGNALS_LENGTH * ACTUATORS):
-        signals[i] = found[i]
+        signals[i] = results[i]
     return sound
 
 
@@ -118,7 +118,7 @@ def sense(signals, path, par, memory, past, normal, period, reading, overrange):
 def read_all(
     par, memory, past, normal, period, reading, overrange, words, record, signals, path, count, time
 ):
-    """Sample, and pack what digital instruments show of it."""
+    """Sample, and pack the digits of digital instruments."""
     chain = Transducers(view(par, CHANNEL), view(memory, MEMORY), view(past, CHANNEL_PAST))
     sample(signals, path, WIRING, chain, normal, period, reading, overrange)
     pack(reading, count, time, words, record)
@@ -173,7 +173,7 @@ def report_at(instruments, signals, path, period, row, count, time):
 
 _NO_REPORT = '''@compiled
 def report_at(instruments, signals, path, period, row, count, time):
-    """Sample nothing: among the effects are none that sensors need."""
+    """Do nothing: the model has no effects of sensors."""
     return 0
 '''
 
@@ -189,7 +189,7 @@ def record_name(effect: Effect, record: type) -> str:
 
 
 def _argument(name: Argument, effect: Effect, law: Law, base: frozenset[str]) -> str:
-    """Return where the generated code reads an argument of a law."""
+    """Return the expression of a law's argument in the generated code."""
     if not isinstance(name, str):
         fields = ", ".join(_argument(field, effect, law, base) for field in name.__annotations__)
         return f"{record_name(effect, name)}({fields})"
@@ -204,10 +204,10 @@ def _argument(name: Argument, effect: Effect, law: Law, base: frozenset[str]) ->
             return f"{'past' if state.length > 1 else 'x'}.{effect.field_of(state)}"
     if name in base:
         return f"par.{name}"
-    own = ", ".join(q.name for q in (*effect.params, *effect.states))
+    offered = ", ".join(q.name for q in (*effect.params, *effect.states))
     raise DeclarationError(
         f"effect '{effect.name}' needs '{name}': stage '{law.stage.name}' offers "
-        f"{', '.join(takes) or 'nothing'}; its own are {own}"
+        f"{', '.join(takes) or 'nothing'}; its own are {offered}"
     )
 
 
@@ -250,8 +250,8 @@ def stage_sources(
 ) -> list[str]:
     """Return the text of the stages' functions.
 
-    Stages without an effect and with the same number of arguments share one function: each takes
-    numba as long as a law.
+    Stages without an effect and with the same number of arguments share one function, because each
+    function takes as long to compile as a law.
     """
     acting = {law.stage for effect in effects for law in effect.laws}
     idle: dict[object, str] = {}

@@ -4,10 +4,10 @@ S1 = (
     "S1: T. Boaventura, Hydraulic Compliance Control of the Quadruped Robot HyQ, doctoral thesis, "
     "chapter 3"
 )
-"""What S1 stands for, in one line of an output."""
+"""Full reference of S1, for outputs."""
 
 S2 = "S2: the paper Analysis of the Nonlinearities in the Hydraulic Actuators"
-"""What S2 stands for."""
+"""Full reference of S2."""
 
 ATMOSPHERE = 101_325.0
 """Standard atmosphere [Pa] (ISO 2533)."""
@@ -23,14 +23,14 @@ DISCHARGE = 0.6
 """Discharge coefficient of a turbulent metering edge (S1 3.3.2)."""
 
 LEAST_OPENING = 1e-10
-"""Opening below which a metering edge is shut [A]: a hundred millionth of a usual valve's range,
-whose fourth power single precision still holds."""
+"""Opening below which a metering edge is closed [A]: 1e-8 of a usual valve's range; its fourth
+power is representable in single precision."""
 
 GAS_REACH = 0.18
-"""Relative change of a pressure up to which the expansion of gas is followed in one step."""
+"""Largest relative change of pressure for which the expansion of gas is computed in one step."""
 
 GAS_STRIDE = 1.4
-"""Ratio of pressures of further steps: one step more or less leads into the reach."""
+"""Pressure ratio of additional steps; after them the remaining change is within `GAS_REACH`."""
 
 LEAST_GAS_PRESSURE = 1e-9
 """Pressure that keeps logarithms finite [Pa] (assumed); p > 0 wherever there is air."""
@@ -46,8 +46,8 @@ A step of 20 us is exact to 1e-4 at this rate. If a light mass or a high speed w
 change is spread over a longer distance."""
 
 SLIDING_BEND = 3.0
-"""Bend of sliding seals over the presliding distance (assumed): they carry tanh 3, 99.5 %, of dry
-friction there, and are springs up to one less, tanh 2 or 96 % of it."""
+"""Bend of sliding seals over the presliding distance (assumed): they transmit tanh 3 = 99.5 % of
+dry friction, and are elastic up to a bend of 2, tanh 2 = 96 %."""
 
 PIECES = 8
 """Number of pieces into which the integrator divides a step with an impact (assumed)."""
@@ -57,4 +57,4 @@ VELOCITY_DOUBT = 1e-5
 (assumed)."""
 
 ACTUATORS = 1
-"""Number of actuators on one supply; the module that `kernel` makes has its own value."""
+"""Number of actuators on one supply; the module that `kernel` generates has its own value."""

@@ -19,7 +19,7 @@ import numpy as np
 Compose = Literal["sum", "chain", "rates"]
 
 ROUNDING = 1e-12
-"""Relative error of unit conversion: some thousand roundings of a float64."""
+"""Relative error of unit conversion: several thousand roundings of a float64."""
 
 # Attribute access on a record would find numpy's member instead of the field.
 _RESERVED = frozenset(dir(np.record))
@@ -31,11 +31,11 @@ class DeclarationError(ValueError):
 
 def _check_name(name: str) -> None:
     if not name.isidentifier() or name in _RESERVED:
-        raise DeclarationError(f"'{name}' cannot name a field: numpy records use it themselves")
+        raise DeclarationError(f"'{name}' cannot name a field: it is a member of numpy records")
 
 
 PARTS = ("lines", "driver")
-"""Tables of parts that a machine obviously has or lacks, so that none is a hidden effect."""
+"""Tables of parts whose presence in a machine is obvious, so they cannot be hidden effects."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Quantity:
     """A named value of the model.
 
     Attributes:
-        name: in the equations.
+        name: name in the equations.
         unit: SI unit.
         meaning: one line for tables.
         length: number of values that a sampled effect stores under this name, newest first.
@@ -61,11 +61,11 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Spread:
-    """How far machines lie from a number that their configuration does not state.
+    """Spread among machines of a number that the configuration does not state.
 
     Attributes:
-        size: one standard deviation: of the natural logarithm, or in the number's own unit.
-        logarithmic: whether it is that of the logarithm.
+        size: standard deviation, of the natural logarithm or in the number's unit.
+        logarithmic: whether `size` is that of the logarithm.
 
     """
 
@@ -74,18 +74,18 @@ class Spread:
 
 
 def factor(times: float) -> Spread:
-    """Return the spread of a positive number: of three machines two lie within that factor."""
+    """Return the spread of a positive number: two thirds of machines are within the factor."""
     return Spread(math.log(times))
 
 
 def within(size: float) -> Spread:
-    """Return the spread of a number of either sign: of three machines two lie that near."""
+    """Return the spread of a number of either sign: two thirds of machines are within `size`."""
     return Spread(size, logarithmic=False)
 
 
 SETTING = Spread(0.0)
-"""Of a number that is chosen rather than measured, such as the flow at which a sheet states a drop:
-where no file states it, it is the default."""
+"""Spread of a number that is chosen rather than measured, such as the flow at which a sheet states
+a pressure drop: without an entry it is exactly the default."""
 
 
 @dataclass(frozen=True)
@@ -99,14 +99,14 @@ class Param(Quantity):
         shown: the unit that engineers write, if that is not `unit`.
         default: value without an entry in the configuration; None makes it required.
         source: origin of the number.
-        off: of a knob, the value at which its effect vanishes exactly.
-        along_stroke: whether it is a place along the stroke, which in another cylinder is usual in
-            proportion; `typical` and `default` are those of the reference machine's.
-        spread: how far machines lie from the default (assumed, unless `source` gives a range);
-            required where there is one, except of a knob, which is off by default.
-        tolerance: relative standard deviation of a value that somebody states (assumed: that of a
-            careful data sheet); 0 for one that is exact.
-        power: of a number that may be 0, the power with which its influence grows from there.
+        off: value of a knob at which its effect vanishes exactly.
+        along_stroke: whether it is a position along the stroke, which scales with the stroke of the
+            cylinder; `typical` and `default` are those of the reference machine.
+        spread: spread of machines about the default (assumed, unless `source` gives a range);
+            required for a parameter with a default, except a knob, which is off by default.
+        tolerance: relative standard deviation of a stated value (assumed: that of a careful data
+            sheet); 0 for an exact value.
+        power: exponent with which the influence of a number that may be 0 grows from 0.
 
     """
 
@@ -147,8 +147,8 @@ class Param(Quantity):
 class Stage:
     """A place in the equations where effects compose.
 
-    The balances call a stage by its name, `friction(par, x, dx, velocity, ...)`; the function of
-    that name is what `kernel` makes of the stage's effects.
+    The balances call a stage by its name, `friction(par, x, dx, velocity, ...)`; `kernel` generates
+    the function of that name from the stage's effects.
 
     Attributes:
         name: name of the generated function.
@@ -156,13 +156,12 @@ class Stage:
         takes: names of the arguments that its effects may use.
         gives: the computed quantity.
         unit: SI unit of the computed quantity.
-        compose: "sum" adds the effects up from zero; "chain" passes the first of `takes` through
-            them one after the other; "rates" computes only rates of states whose values another
-            stage returns before.
+        compose: "sum" adds the effects; "chain" passes the first of `takes` through them in order;
+            "rates" computes only rates of states whose values another stage has returned before.
         repeated: whether the balances call it several times at one state, as for each chamber;
             its effects cannot have states.
         balances: names of the balances on which its effects act; empty for a stage that only
-            reads, or acts on them only through other stages.
+            reads, or acts only through other stages.
 
     """
 
@@ -206,8 +205,8 @@ class Law:
     Attributes:
         stage: where it acts.
         function: its arguments are resolved by name among the stage's `takes`, the effect's
-            parameters and states, and the base parameters of the model; of an argument that is
-            annotated with a named tuple, each field is.
+            parameters and states, and the base parameters of the model; for an argument annotated
+            with a named tuple, each field is resolved.
         returns: the states whose rates (or next values) it returns after its value.
 
     """
@@ -236,7 +235,7 @@ class Effect:
         law: the function; its arguments are resolved by name among the stage's `takes`, its own
             parameters and states, and the base parameters of the model.
         source: origin of the equation.
-        signature: the channel that shows it, and where in the state space.
+        signature: the channel that shows it, and the region of the state space.
         not_modelled: limits of its validity.
         also: functions of the same effect at further stages.
 
@@ -254,11 +253,11 @@ class Effect:
     also: tuple[tuple[Stage, Callable[..., Any]], ...] = ()
 
     def __post_init__(self) -> None:
-        own = [p.name for p in (*self.params, *self.states)]
-        if len(set(own)) < len(own):
-            raise DeclarationError(f"{self.name}: a name is used twice: {', '.join(sorted(own))}")
+        names = [p.name for p in (*self.params, *self.states)]
+        if len(set(names)) < len(names):
+            raise DeclarationError(f"{self.name}: a name is used twice: {', '.join(sorted(names))}")
         for law in self.laws:
-            clash = set(own) & set(law.stage.takes)
+            clash = set(names) & set(law.stage.takes)
             if clash:
                 raise DeclarationError(
                     f"{self.name}: stage '{law.stage.name}' already offers "
@@ -267,7 +266,7 @@ class Effect:
             if law.returns and law.stage.repeated:
                 raise DeclarationError(
                     f"{self.name}: stage '{law.stage.name}' is called several times at one state, "
-                    "so it has no room for states"
+                    "so it cannot have states"
                 )
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
@@ -276,7 +275,7 @@ class Effect:
 
     @property
     def named(self) -> bool:
-        """Whether identification may name it: no part that a machine obviously has or lacks."""
+        """Whether identification may name it: its table is not in `PARTS`."""
         return self.stage.table not in PARTS
 
     @property
@@ -306,7 +305,7 @@ class Effect:
 
     @property
     def words(self) -> str:
-        """The effect in a workshop's words: second paragraph of the docstring."""
+        """The effect in one sentence: second paragraph of the docstring."""
         _, _, further = (inspect.getdoc(self.law) or "").partition("\n\n")
         words = " ".join(further.partition("\n\n")[0].split()).rstrip(".")
         return words[:1].lower() + words[1:]
@@ -335,8 +334,8 @@ def effect(
     which the law shifts itself.
 
     `also` gives further (stage, function) pairs that share knob, shape and states. A function at
-    a stage for rates returns the rates of the states, and the main law then returns its value
-    alone: so a state can act before the flow that drives it is known.
+    a stage for rates returns the rates of the states, and the main law then returns only its value.
+    So a state can act before the flow that drives it has been computed.
     """
 
     def declare(law: Callable[..., Any]) -> Effect:
@@ -351,5 +350,5 @@ def effect(
 
 
 def is_on(effect: Effect, value: float) -> bool:
-    """Whether a knob at `value` lets the effect act."""
+    """Return whether the effect is on with its knob at `value`."""
     return value != effect.off and not math.isnan(value)

@@ -9,7 +9,7 @@ WORD_LENGTH = 6
 """Numbers that describe a word of a record, see `pack`."""
 
 NOT_FINITE = 1 << 40
-"""Instead of a range code: there was no sample. No number of channels has such a code."""
+"""In place of a range code: there was no sample. The value is no valid range code."""
 
 
 def digitise(value: float, low: float, high: float) -> int:
@@ -23,13 +23,13 @@ def pack(reading: Any, count: int, time: int, words: Any, record: Any) -> None:
     """Fill a record with readings in digits.
 
     Args:
-        reading: what the sensors report, shape (channels,).
+        reading: readings of the sensors, shape (channels,).
         count: number of the sample.
         time: its time.
-        words: what stands where, shape (words, 6): channel, size of a digit, lowest and highest
-            number of digits, first byte, bytes. For `COUNT` and `TIME` the lowest is what is added
-            to them, the highest the mask of bits that are left. All are numbers that float64 holds
-            exactly.
+        words: layout of the record, shape (words, 6): channel, size of a digit, lowest and highest
+            number of digits, first byte, number of bytes. For `COUNT` and `TIME` the lowest is
+            added to them, and the highest is the mask of the sum. All numbers are exact in
+            float64.
         record: bytes, the least significant of each word first; overwritten.
 
     """
@@ -45,7 +45,7 @@ def pack(reading: Any, count: int, time: int, words: Any, record: Any) -> None:
 
 
 def range_code(overrange: Any) -> int:
-    """Return which channels are at which end of their range as one number, 0 with none at any."""
+    """Return the range errors of all channels as one number, 0 if all are within their range."""
     code = 0
     for i in range(len(overrange)):
         code = 3 * code + overrange[i]

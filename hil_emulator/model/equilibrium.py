@@ -1,8 +1,8 @@
 """The compiled model as a function, and its equilibria.
 
-An equilibrium is a steady motion: everything but the position rests at a given spool position.
-Effects that make the balances depend strongly on the position (end stops, a stiff load spring)
-permit no steady motion but rest. A force that oscillates permits no equilibrium.
+An equilibrium is a steady motion: all states but the position are constant at a given spool
+position. Effects that make the balances depend strongly on the position (end stops, a stiff load
+spring) permit only rest. An oscillating force permits no equilibrium.
 """
 
 import math
@@ -21,8 +21,8 @@ SCALES = {"Pa": 1e5, "m": 1e-3, "m/s": 1e-2, "A": 1e-4, "A/s": 1.0, "N": 10.0, "
 """A small deviation of a quantity, by unit (assumed); 1e-3 for every other unit."""
 
 STEP = 1e-4
-"""Step of the central differences in scales: large against round-off, small against the model's
-own widths (1e5 Pa laminar width, 1e-3 m/s friction transition, 2.8e-5 A underlap)."""
+"""Step of the central differences in scales: large relative to round-off, small relative to the
+widths of the model (1e5 Pa laminar width, 1e-3 m/s friction transition, 2.8e-5 A underlap)."""
 
 _FIRST_STEP, _GROWTH, _APPROACH_STEPS = 1e-4, 1.5, 40  # [s]; the last step is 700 s wide
 _NEWTON_STEPS = 50
@@ -41,12 +41,7 @@ def units_of_states(kernel: Kernel) -> dict[str, str]:
 
 
 class Model:
-    """The compiled model as a function, and its equilibria.
-
-    An equilibrium is a steady motion: everything but the position rests at a given spool position.
-    Effects that make the balances depend strongly on the position (end stops, a stiff load spring)
-    permit no steady motion but rest. A force that oscillates permits no equilibrium.
-    """
+    """The compiled model as a function of states, parameters and inputs."""
 
     def __init__(self, kernel: Kernel, values: Mapping[str, float]) -> None:
         plant = Plant(kernel, values, step=1e-5)
@@ -69,7 +64,7 @@ class Model:
         self.state[self.active[self.names.index(name)]] = value
 
     def _all_rates(self) -> Vector:
-        """Return every state's rate; that of a state whose effect is off is not a number."""
+        """Return every state's rate; NaN for a state whose effect is off."""
         rates = np.full(len(self.state), math.nan)
         self._kernel.rate(self.state, rates, self._parameters, self.inputs, self._signals)
         return rates
@@ -87,7 +82,7 @@ class Model:
     def difference(
         self, function: Callable[[], Vector], memory: Vector, at: int, by: float
     ) -> Vector:
-        """Return the central difference of a function of this model by one number in its memory."""
+        """Return the central difference of a function of this model by a number in its memory."""
         centre = memory[at]
         memory[at] = centre + STEP * by
         above = function()
@@ -110,8 +105,8 @@ class Model:
 def approach(model: Model) -> None:
     """Follow the motion towards its steady state with linearly implicit Euler steps.
 
-    The position is held and the step grows, so the last steps are those of Newton's method. It is
-    slower than that method but does not get stuck at corners.
+    The position is held and the step grows, so the last steps are Newton steps. It is slower than
+    Newton's method, but does not fail at corners.
     """
     moving = [i for i, name in enumerate(model.names) if name != "position"]
     places = [model.active[i] for i in moving]
@@ -125,7 +120,7 @@ def approach(model: Model) -> None:
 
 
 def settle(model: Model, free: Sequence[str], held_by_current: bool) -> None:
-    """Apply Newton's method, with halved steps where a full one leads away.
+    """Apply Newton's method, with halved steps if a full step increases the residual.
 
     Args:
         model: at a first guess; left at the equilibrium.

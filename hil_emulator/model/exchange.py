@@ -1,10 +1,10 @@
 """Actuators on one supply: each moves by itself, then the supply delivers the sum of their flows.
 
-If the load of one carries that of the next, both are the joints of a leg, see `leg`.
+If the load of one actuator carries the next load, both are the joints of a leg, see `leg`.
 
-Every actuator has the equations and states of pump, accumulator and lines. Those on one supply have
-equal parameters of it and get the same flows, so their copies of its states agree to the last bit.
-A single actuator is the sum of one.
+Every actuator has the equations and states of pump, accumulator and lines. Actuators on one supply
+have equal parameters of the supply and the same flows, so their copies of its states agree to the
+last bit. For a single actuator the sum is its flow.
 """
 
 from typing import Any

@@ -1,8 +1,8 @@
 """Expansion of the gas in both chambers, without a power function in every balance.
 
-The power is computed at the pressures with which a call of the integrator begins; the pressures
-during the call are mostly near. Larger changes are followed in strides, because a call of a library
-would empty the registers during a step.
+The power is computed at the pressures at which a call of the integrator begins; the pressures
+during the call are usually near these. Larger changes are computed in strides, because a library
+call during a step would spill the registers.
 
 Signs and the arguments of every function as in `actuator`.
 """
@@ -20,7 +20,7 @@ from hil_emulator.model.stages import gas_expansion, gas_expansion_acts
 
 
 def hold_gas(x: Any, par: Any, held: Any, p_a: float, p_b: float) -> None:
-    """Store the pressures [Pa] with which a call of the integrator begins, and the gas there."""
+    """Store pressures [Pa] and gas volumes at the beginning of a call of the integrator."""
     start_a, start_b = max(LEAST_GAS_PRESSURE, p_a), max(LEAST_GAS_PRESSURE, p_b)
     held.start_pressure_a, held.per_start_pressure_a = start_a, 1.0 / start_a
     held.start_pressure_b, held.per_start_pressure_b = start_b, 1.0 / start_b
@@ -30,15 +30,15 @@ def hold_gas(x: Any, par: Any, held: Any, p_a: float, p_b: float) -> None:
 
 
 def approach(ratio: float, expansion: float, stride: float) -> tuple[float, float]:
-    """Follow the gas from one pressure to another in strides until the rest is small.
+    """Change the pressure of the gas in strides until the remaining change is small.
 
     Args:
-        ratio: the other pressure over the first.
-        expansion: volume of the gas at the first over that at 1 atm.
+        ratio: final pressure over initial pressure.
+        expansion: volume of the gas at the initial pressure over that at 1 atm.
         stride: factor on the volume for a pressure higher by `GAS_STRIDE`.
 
     Returns:
-        The remaining change, over the reached pressure, and the expansion there.
+        The remaining relative change of pressure, and the expansion before it.
 
     """
     while 1.0 + GAS_REACH < ratio < math.inf:
@@ -53,7 +53,7 @@ def approach(ratio: float, expansion: float, stride: float) -> tuple[float, floa
 def follow_gas(par: Any, held: Any, p_a: float, p_b: float) -> tuple[float, float, float, float]:
     """Return the results of `approach` for the pressures [Pa] of chamber a, then of b.
 
-    One branch decides for both, so that both are computed in the time of one.
+    A common branch for both chambers, so that both are computed in the time of one.
     """
     change_a = (p_a - held.start_pressure_a) * held.per_start_pressure_a
     change_b = (p_b - held.start_pressure_b) * held.per_start_pressure_b

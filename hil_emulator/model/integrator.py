@@ -12,7 +12,7 @@ from hil_emulator.model.sensors import observe
 from hil_emulator.model.stages import spool_reach
 
 STATE_LENGTH = 0
-"""Length of a state; the module that `kernel` makes of a model has its own value."""
+"""Length of a state; the module that `kernel` generates has its own value."""
 
 ELEMENTS = 1
 """Number of sensing elements; without any, values between samples are not stored."""
@@ -22,11 +22,11 @@ class Work(NamedTuple):
     """Memory of an integration: state records of all actuators in each.
 
     Attributes:
-        states: given, and moved.
+        states: initial states; advanced in place.
         trial: states at which the balances are evaluated.
-        slopes: the rates there; given as zero, which those of effects that are off remain.
+        slopes: the rates at `trial`; initially zero, and zero for effects that are off.
         mean: weighted sum of a step's four slopes.
-        bend: sum of them that vanishes if they are a straight line in time.
+        bend: sum of the slopes that is zero if they are linear in time.
 
     """
 
@@ -47,16 +47,16 @@ def sum_slopes(
 ) -> None:  # fmt: skip
     """Sum the four slopes of a classical Runge-Kutta step.
 
-    The first slope is that of the states; there the sensing elements get the result of the last
-    step.
+    The first slope is that of the states; at this point the sensing elements receive the result of
+    the last step.
 
     Args:
         work: memory of the integration, with the states.
         par: as of `integrate`.
         held: as of `integrate`.
         y: as of `integrate`.
-        path: takes the quantities of the sensing elements.
-        done: number of finished steps; 0 within a step, and in the first one of a call.
+        path: receives the quantities of the sensing elements.
+        done: number of finished steps; 0 within a step, and in the first step of a call.
         step: width of this step [s].
 
     """
@@ -97,10 +97,10 @@ def arrest(x: Any, dx: Any, par: Any) -> None:
 
 
 def unsure(bends: Any, step: float) -> bool:
-    """Return whether an acceleration bends more within a step than in a smooth motion.
+    """Return whether the curvature of an acceleration within a step indicates an impact.
 
-    Causes are impacts: an end stop, a wall, the flanks of a backlash, a light rod on a stiff load
-    cell.
+    Impacts occur at an end stop, a wall, the flanks of a backlash, or for a light rod on a stiff
+    load cell.
     """
     doubt = False
     for i in range(ACTUATORS):
@@ -114,17 +114,17 @@ def integrate(
 ) -> None:  # fmt: skip
     """Take `steps` steps of classical Runge-Kutta with the inputs held.
 
-    A step in which something hits is taken in pieces instead. The actuators of one supply take
-    every stage of every step together: what they exchange is as exact as everything else.
+    A step with an impact is divided into pieces. The actuators of one supply take every stage of
+    every step together, so the exchanged flows have the same order of accuracy as the states.
 
     Args:
         work: the states, and private memory of the integration.
         par: parameters of each actuator.
-        held: inputs and values derived from parameters, constant over the call, of each.
-        y: signals of each; they belong to the states reached.
-        path: quantities of the sensing elements after each step, channels of all actuators one
-            after the other, shape (steps, actuators * channels); overwritten, without elements
-            only in the last row.
+        held: inputs and values derived from parameters, constant over the call, of each actuator.
+        y: signals of each actuator at the states reached.
+        path: quantities of the sensing elements after each step, channels of all actuators in
+            order, shape (steps, actuators * channels); overwritten, without elements only in the
+            last row.
         first: row of `path` that the first step fills.
         step: step width [s].
         steps: number of steps.
@@ -152,7 +152,7 @@ def integrate(
 
 
 def finite(memory: Any) -> bool:
-    """Return whether every number of the states is finite: zero times any other is NaN."""
+    """Return whether all numbers are finite, by 0 times each: NaN for numbers that are not."""
     remainder = 0.0
     for i in range(STATE_LENGTH * ACTUATORS):
         remainder += 0.0 * memory[i]

@@ -1,8 +1,8 @@
 """Compilation of the declared model to machine code, stored for later processes.
 
-`build` compiles the module that `compose` writes. Its folder is named by a digest of the model's
-sources: numba's own cache compares the age of one file only, and would compute the old physics
-after a change elsewhere.
+`build` compiles the module that `compose` writes. The folder's name is a digest of the model's
+sources: numba's cache compares the age of one file only, and would load old code after a change in
+another file.
 """
 
 import hashlib
@@ -41,8 +41,8 @@ __all__ = ["Kernel", "Vector", "build", "keep", "named", "sources_digest", "zero
 class Kernel:
     """The compiled model and the layout of its memory.
 
-    All memory is flat float64 arrays; the record types give names to the same memory. Actuators on
-    one supply lie one after the other in each of them.
+    All memory is flat float64 arrays; the record types name its fields. Actuators on one supply are
+    consecutive in each array.
 
     Attributes:
         tick: `tick(memory, past, par, inputs, signals, path, step, steps)`: one tick of all
@@ -55,9 +55,9 @@ class Kernel:
             signals, path, row, count, time)`, see `sensors.sample` and `digits.pack`; returns
             `digits.range_code`.
         tick_and_report: `tick_and_report(plant, instruments, step, steps, period, row, count,
-            time)`: both in one call, where the arrays of `tick`, and those of `report` up to
-            `record`, are given as `array_memory.addresses`. There is no report, and 0 is returned,
-            where `row` is negative, and none where a state is not finite: `digits.NOT_FINITE`.
+            time)`: both in one call; the arrays of `tick`, and those of `report` up to `record`,
+            are given as `array_memory.addresses`. Without a report it returns 0 if `row` is
+            negative, and `digits.NOT_FINITE` if a state is not finite.
         parameters: the plant's parameters.
         state: integrated states of the plant.
         past: stored values of the plant from tick to tick.
@@ -97,14 +97,14 @@ class Kernel:
 
 
 def sources_digest(effects: Iterable[Effect]) -> str:
-    """Return a digest of everything the machine code depends on."""
+    """Return a digest of all inputs of the machine code."""
     digest = hashlib.sha256(f"{numba.__version__} {np.__version__}".encode())
     files = {Path(inspect.getfile(law.function)) for e in effects for law in e.laws}
     files |= set(Path(__file__).parent.rglob("*.py"))
     # machine code refers to its source modules by name
     for name in sorted({str(law.function.__module__) for e in effects for law in e.laws}):
         digest.update(name.encode())
-    # the same wherever the files are
+    # independent of the files' folder
     for content in sorted(file.name.encode() + file.read_bytes() for file in files):
         digest.update(content)
     return digest.hexdigest()[:16]
@@ -132,9 +132,9 @@ def _as_floats(records: np.ndarray[Any, Any]) -> Vector:
 
 @cache
 def _compiled_law(function: Callable[..., Any]) -> Any:
-    """Return a compiled law for all models with it, each of which would compile it anew.
+    """Return a compiled law, shared by all models that use it.
 
-    An effect of the user may use a table, for which numba makes arrays.
+    A user-defined effect may use a table, for which numba creates arrays.
     """
     return allocating()(function)
 

@@ -1,9 +1,9 @@
-"""How far published forms of each base law differ from the model's.
+"""Differences between published forms of each base law and the model's form.
 
-The model states each base law in one form. Another maker's valve, oil or seal follows another
-published form of the same law: both agree where the law is established, and differ where it bends.
-Identification does not report such a difference: it integrates it out, with the standard deviations
-given here (`identify.prediction.observer.form_deviations`).
+The model states each base law in one form. Another maker's valve, oil or seal may follow another
+published form of the same law. The forms agree in the established range, and differ near singular
+points. Identification does not report such a difference: it integrates it out, with the standard
+deviations given here (`identify.prediction.observer.form_deviations`).
 """
 
 import math
@@ -19,8 +19,8 @@ from hil_emulator.model.stages import FLOW_A, FLOW_B, PISTON
 
 Array = NDArray[np.float64]
 Terms = Mapping[str, Array]
-"""By balance: what one standard deviation of each shape adds to it, shape (samples, shapes). The
-same shape has the same size in every balance."""
+"""By balance: contribution of one standard deviation of each shape, shape (samples, shapes). A
+shape has the same amplitude in every balance."""
 
 
 @dataclass(frozen=True)
@@ -30,8 +30,8 @@ class ModelRun:
     Attributes:
         signals: along it, each of shape (samples,).
         plant: its parameters.
-        configured: parameters that state how wide a difference reaches: those of a run follow a
-            fit, and would take the differences along.
+        configured: parameters that set the width of a difference; the parameters of a run follow a
+            fit, which would change the width.
 
     """
 
@@ -45,10 +45,10 @@ class LawForm:
     """The published forms of one base law.
 
     Attributes:
-        law: in words.
-        balances: into which its output enters.
-        terms: by which a run of another form differs.
-        source: of the forms.
+        law: name of the law.
+        balances: balances that contain its output.
+        terms: difference of a run with another form.
+        source: source of the forms.
 
     """
 
@@ -59,12 +59,12 @@ class LawForm:
 
 
 RESISTANCES_IN_SERIES = 0.2
-"""Standard deviation of the share of the way from the model's form to that of resistances in
-series (assumed: both are usual)."""
+"""Standard deviation of the interpolation from the model's form (0) to resistances in series (1)
+(assumed: both forms are usual)."""
 
 
 def laminar_transition(run: ModelRun) -> Terms:
-    """Return how the flow of a laminar and a turbulent resistance in series differs.
+    """Return the difference in flow for a laminar and a turbulent resistance in series.
 
     With x = u sqrt(dp) and s = T/x, the model passes q = K x (1 + s⁴)^(-1/4), resistances in series
     K x/(sqrt(1 + s²/4) + s/2). x follows from the flow of the model: x⁸ - (q/K)⁴ (x⁴ + T⁴) = 0.
@@ -97,7 +97,7 @@ AFTER_REVERSAL = ((1.0, 1.0), (5.0, 0.5))
 
 
 def friction_at_rest(run: ModelRun) -> Terms:
-    """Return how dry friction by another law differs at rest and after a reversal."""
+    """Return the difference in dry friction of another law at rest and after a reversal."""
     speed = np.abs(run.signals["velocity"]) / run.configured["friction_transition_velocity"]
     way = since_reversal(run.signals["position"], run.signals["velocity"])
     way = way / run.configured["friction_presliding_distance"]
@@ -107,7 +107,7 @@ def friction_at_rest(run: ModelRun) -> Terms:
 
 
 def since_reversal(position: Array, velocity: Array) -> Array:
-    """Return how far a rod is from where it turned round last [m]."""
+    """Return the distance of the rod from its last reversal [m]."""
     turns = np.diff(np.sign(velocity), prepend=np.sign(velocity[:1])) != 0.0
     last = np.maximum.accumulate(np.where(turns, np.arange(len(position)), 0))
     return np.abs(position - position[last])
@@ -120,18 +120,19 @@ FORMS = (
     LawForm("dry friction at rest and in reversal", (PISTON,), friction_at_rest,
             "tanh, Dahl, LuGre, Karnopp (Armstrong-Helouvry, Dupont and Canudas de Wit 1994)"),
 )  # fmt: skip
-"""Base laws whose published forms differ near a singular place."""
+"""Base laws whose published forms differ near a singular point."""
 
 
 @dataclass(frozen=True)
 class UsualEffect:
-    """An effect that machines have to some extent without a data sheet that states it.
+    """An effect that every machine has to some extent, but no data sheet states.
 
     Attributes:
-        law: the base law that it refines, in words.
-        name: of the effect.
-        size: standard deviation of its knob in a machine, from the machine's parameters.
-        source: of the size.
+        law: name of the base law that it refines.
+        name: name of the effect.
+        size: standard deviation of its knob, from the machine's parameters.
+        source: source of the size.
+        fitted: whether it is a parameter where data show it, as it does not act in proportion.
 
     """
 
@@ -139,10 +140,11 @@ class UsualEffect:
     name: str
     size: Callable[[Mapping[str, float]], float]
     source: str
+    fitted: bool = False
 
 
 THIRD_ORDER = 0.3
-"""A further time constant of the spool over that of its second order (assumed)."""
+"""Additional time constant of the spool over that of its second order (assumed)."""
 
 
 def _further_lag(plant: Mapping[str, float]) -> float:
@@ -153,7 +155,7 @@ USUAL = (
     UsualEffect("stiffness of the oil", "modulus_pressure", lambda _: 15.0,
                 "5 to 12 of oil alone, more with hoses (Gholizadeh et al. 2011)"),
     UsualEffect("stiffness of the oil", "entrained_air", lambda _: 0.003, "assumed: 0.1 to 1 %"),
-    UsualEffect("dynamics of the spool", "driver_lag", _further_lag, "coil and driver"),
+    UsualEffect("dynamics of the spool", "driver_lag", _further_lag, "coil and driver", True),
     UsualEffect("dynamics of the spool", "pilot_lag", _further_lag, "Thayer 1965"),
 )  # fmt: skip
-"""Effects that every machine has a little of."""
+"""Effects that every machine has to a small extent."""

@@ -68,7 +68,9 @@ def _fields(given: Iterable[Quantity]) -> list[tuple[str, int]]:
     return [(q.name, q.length) for q in given]
 
 
-def _own(effects: Iterable[Effect], stages: Sequence[Stage], kind: str) -> list[tuple[str, int]]:
+def _effect_fields(
+    effects: Iterable[Effect], stages: Sequence[Stage], kind: str
+) -> list[tuple[str, int]]:
     chosen = [e for e in effects if e.stage in stages]
     return [(e.field_of(q), q.length) for e in chosen for q in getattr(e, kind)]
 
@@ -89,15 +91,15 @@ def length(layout: np.dtype[Any]) -> int:
 def layouts(effects: Sequence[Effect]) -> dict[str, np.dtype[Any]]:
     """Return the record types of a model with these effects, by name."""
     base = [(name, 1) for name in base_fields()]
-    remembered = _own(effects, SAMPLED, "states")
+    remembered = _effect_fields(effects, SAMPLED, "states")
     fields = {
-        "parameters": base + _own(effects, (*CONTINUOUS, *TICKED), "params"),
-        "state": _fields(quantities.ALL_STATES) + _own(effects, CONTINUOUS, "states"),
-        "past": _arrays(_own(effects, TICKED, "states")),
+        "parameters": base + _effect_fields(effects, (*CONTINUOUS, *TICKED), "params"),
+        "state": _fields(quantities.ALL_STATES) + _effect_fields(effects, CONTINUOUS, "states"),
+        "past": _arrays(_effect_fields(effects, TICKED, "states")),
         "inputs": _fields(quantities.INPUTS),
         "held": _fields(quantities.HELD),
         "signals": _fields(quantities.SIGNALS),
-        "channel": _own(effects, SAMPLED, "params"),
+        "channel": _effect_fields(effects, SAMPLED, "params"),
         "memory": _scalars(remembered),
         "channel_past": _arrays(remembered),
     }

@@ -1,14 +1,14 @@
-"""Two joints of a leg: a link that swings about a joint at the end of another.
+"""Two joints of a leg: a link that rotates about a joint at the end of another link.
 
-Planar double pendulum, driven by the cylinders' forces at their levers. With phi the angle of the
-carrying link over the horizontal, psi that of the carried one over the carrying one, L the distance
-of the joints and h = L (m c)_2, the kinetic energy beside that of two links alone is
+Planar double pendulum, driven by the cylinders' forces at their levers. phi is the angle of the
+carrying link to the horizontal, psi the angle of the carried link to the carrying link, L the
+distance of the joints, and h = L (m c)_2. In addition to two separate links the kinetic energy is
 
     T = J_2 phi'²/2 + J_2 phi' psi' + h cos(psi) phi' (phi' + psi')
 
-and the potential one V = (m c)_2 g (sin(phi + psi) - sin(psi)). What follows from Lagrange's
-equations is added to rods that have been accelerated as if each joint were alone: inertia J and
-moment m c of the carrying link contain the carried one's mass at its joint.
+and the potential energy V = (m c)_2 g (sin(phi + psi) - sin(psi)). The resulting terms of
+Lagrange's equations are added to the accelerations of separate joints. Inertia J and moment m c of
+the carrying link include the mass of the carried link at its joint.
 """
 
 import math
@@ -60,7 +60,7 @@ def swing(
     inertia = joint_inertia(par_2, x_2, dx_2)
     w_1 = y_1.load_velocity / l_1
     w_2 = y_2.load_velocity / l_2
-    # at constant speed of the rod a joint turns faster if its lever is shorter
+    # at constant speed of the rod a shorter lever turns the joint faster
     turn_1 = y_1.load_acceleration / l_1
     turn_1 -= w_1 * w_1 * joint_lever_slope(par_1, x_1, dx_1, y_1.load_position)
     turn_2 = y_2.load_acceleration / l_2

@@ -1,14 +1,14 @@
 """The linear model of valve, cylinder and load (S1 eq. 3.21-3.40).
 
-Three views of the same small motion, so that each can be judged by the others:
+Three models of the same small motion, which can be compared:
 
     reduced    S1 eq. 3.38-3.40, with the sign of K_fh corrected
-    complete   the same without eq. 3.29-3.32, which tie both pressures together by a relation of
-               the steady state; exact for constant oil and sqrt-shaped edges
+    complete   the same without eq. 3.29-3.32, which couple both pressures by a steady-state
+               relation; exact for constant oil and sqrt-shaped edges
     exact      the Jacobians of the compiled model (`linearise`), every effect included
 
-Eq. 3.29-3.32 hold in motion where v_a = alpha v_b, or where no flow depends on pressure
-(K_ca = K_cb = 0). Elsewhere the complete form says how much they cost.
+Eq. 3.29-3.32 hold in motion for v_a = alpha v_b, or if no flow depends on pressure
+(K_ca = K_cb = 0). Otherwise the difference to the complete form is their error.
 
 Signs as in `actuator`: q_b > 0 out of chamber b, hence K_cb <= 0.
 """
@@ -61,7 +61,7 @@ class LinearisedMachine:
 
     @classmethod
     def of(cls, values: Mapping[str, float]) -> "LinearisedMachine":
-        """Take S1's parameters by field name; other effects are left out."""
+        """Create it from S1's parameters by field name, without other effects."""
         fields = ((f"{table}_{p.name}", p) for table, ps in actuator.PARAMS.items() for p in ps)
         values_by_name = {name: p.default for name, p in fields if p.default is not None} | dict(
             values
@@ -89,7 +89,7 @@ class LinearisedMachine:
 
     @property
     def spool_pole(self) -> complex:
-        """Pole of the spool, upper half plane [rad/s] (S1 eq. 3.4); real if it does not swing."""
+        """Pole of the spool, upper half plane [rad/s] (S1 eq. 3.4); real if overdamped."""
         d = complex(self.damping_ratio)
         return self.natural_frequency * (cmath.sqrt(d * d - 1.0) - d)
 
@@ -262,7 +262,7 @@ def complete(machine: LinearisedMachine, point: OperatingPoint) -> ForceResponse
 def exact(linearisation: Linearisation, output: str) -> signal.ZerosPolesGain:
     """Return the transfer function from valve current to a signal of the linearised model.
 
-    Unreachable or unobservable poles stay in it, each with a zero. An example is the position if no
+    Unreachable or unobservable poles are kept, each with a zero. An example is the position if no
     balance depends on it: a pole and a zero at the origin.
     """
     zeros = linearisation.zeros("valve_current", output)

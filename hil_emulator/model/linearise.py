@@ -3,7 +3,7 @@
     dx/dt = A x + B u,    y = C x + D u
 
 for deviations from the equilibrium, with Jacobians by central differences through `kernel.rate`.
-Every effect that is on takes part; states of effects that are off are left out.
+Every effect that is on is included; states of effects that are off are left out.
 """
 
 from collections.abc import Mapping, Sequence
@@ -71,10 +71,10 @@ class Linearisation:
         return np.array(values, dtype=np.complex128)
 
     def zeros(self, source: str, output: str) -> Complex:
-        """Return the zeros of one path [rad/s]: the motions that leave its output at rest.
+        """Return the zeros of one path [rad/s]: the motions with zero output.
 
-        With relative degree r, y = 0 holds c x = c A x = ... = c A^(r-1) x = 0; what is left of A
-        there, under the input that keeps it so, has the zeros as eigenvalues.
+        With relative degree r, y = 0 implies c x = c A x = ... = c A^(r-1) x = 0. The restriction
+        of A to this subspace, with the input that keeps it there, has the zeros as eigenvalues.
         """
         a, b, c, d = self._path(source, output)
         if d != 0.0:
@@ -136,7 +136,7 @@ def steady_motion(
     """Linearise around the steady motion that a valve current [A] causes at a position [m].
 
     Raises:
-        NoEquilibriumError: if there is none.
+        NoEquilibriumError: if there is no steady motion.
 
     """
     model = Model(kernel, values)
@@ -161,10 +161,10 @@ def rest(
 ) -> Linearisation:
     """Linearise around rest at a position [m], under the current that holds the rod there.
 
-    The seals are not bent, because dry friction and current could share the force in many ways.
+    The bend of the seals is 0, because the share of dry friction in the force is undetermined.
 
     Raises:
-        NoEquilibriumError: if there is none.
+        NoEquilibriumError: if there is no equilibrium.
 
     """
     model = Model(kernel, values)

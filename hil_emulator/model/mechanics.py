@@ -34,9 +34,9 @@ def lambert(x: float) -> tuple[float, float]:
 
 
 def direction_of(bend: float) -> float:
-    """Return tanh without a call of a library, which takes as long as the rest of a balance.
+    """Return tanh without a library call, which would take as long as the rest of a balance.
 
-    Beyond 1 it follows from exp(-2 x), the sixteenth power of exp(-x/8); beyond 20 it is 1 to the
+    Above 1 it is computed from exp(-2 x), the sixteenth power of exp(-x/8); above 20 it is 1 to the
     last digit.
     """
     size = abs(bend)
@@ -57,11 +57,11 @@ def direction_of(bend: float) -> float:
 def friction_force(x: Any, dx: Any, par: Any, held: Any, y: Any, per_mass: float) -> float:
     """Friction of the seals on the mass that moves with them (S1 eq. 3.18) [N].
 
-    sign(v) is the direction tanh(z + v/v_t): a rod at rest is held by the bend z of its seals. They
-    follow it as springs, dz/dt = v/d, up to SLIDING_BEND - 1, and give way from there to
-    SLIDING_BEND. Without the elastic part a load that varies below breakaway would make the rod
-    creep (Dupont et al. 2002). Both widths are larger for a light mass or a high speed, to limit
-    the rate at which the direction changes.
+    sign(v) is the direction tanh(z + v/v_t): a rod at rest is held by the bend z of its seals. The
+    seals are elastic, dz/dt = v/d, up to SLIDING_BEND - 1, and yield from there to SLIDING_BEND.
+    Without the elastic part a varying load below breakaway would make the rod creep (Dupont et al.
+    2002). Both widths are larger for a light mass or a high speed, to limit the rate at which the
+    direction changes.
     """
     v = x.velocity
     level = dry_friction(par, x, dx, v, x.position, y.pressure_a, y.pressure_b)

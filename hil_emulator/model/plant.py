@@ -24,18 +24,18 @@ NOT_FOLLOWED: Matrix = np.empty((0, len(CHANNELS)))
 """Row of the path if only the end of a tick is stored."""
 
 _HOLDINGS = 20
-"""Iterations in which the joints of a leg are put to rest in turn (assumed)."""
+"""Iterations over the joints of a leg to find its rest (assumed)."""
 
 
 class Supply:
     """The memory of all actuators on one supply, which are integrated together.
 
     Args:
-        kernel: the model, compiled for so many actuators.
+        kernel: the model, compiled for this number of actuators.
         step: width of an integration step [s].
 
     Attributes:
-        built_in: whether the model's balances move them.
+        built_in: whether the built-in model integrates the actuators.
         failure: reason of a permanent failure; "" without one.
         paths: quantities of each actuator's channels in the last tick, see `Plant.path`.
 
@@ -97,7 +97,7 @@ class Supply:
         return self._bind(steps, instruments, period)
 
     def _prepare(self, steps: int) -> None:
-        """Allocate the paths of the channels for so many steps."""
+        """Allocate the paths of the channels for `steps` steps."""
         if steps > len(self._path):
             self._path = np.empty((steps, self._path.shape[1]))
         self._steps = steps
@@ -116,7 +116,7 @@ class Supply:
         )  # fmt: skip
 
     def close(self) -> None:
-        """End a separate process of the plant; the model's balances have none."""
+        """End a separate process of the plant; no action for the built-in model."""
 
 
 class Plant:
@@ -130,11 +130,11 @@ class Plant:
         kernel: the compiled model.
         values: parameters by field name, SI; effects that are not named are off.
         step: width of an integration step [s].
-        supply: the supply that it shares, see `on_one_supply`; its own without one.
-        place: its number there.
+        supply: the shared supply, see `on_one_supply`; None for a separate supply.
+        place: its number on the supply.
 
     Attributes:
-        input_places: where each input is in `input_vector`, by name.
+        input_places: position of each input in `input_vector`, by name.
 
     """
 
@@ -181,7 +181,7 @@ class Plant:
     def hold_load(self) -> None:
         """Set the chamber pressures that hold the load at rest.
 
-        A load that no pressures between tank and supply can hold will fall.
+        A load that cannot be held by pressures between tank and supply will fall.
         """
         par, force = self.parameters, float(self.signals.resisting_force)
         pressures = bearing_pressures(
@@ -227,7 +227,7 @@ class Plant:
             self.input_vector[self.input_places[name]] = value
 
     def step(self, steps: int) -> bool:
-        """Move it together with all actuators on its supply: see `Supply.step`."""
+        """Integrate it together with all actuators on its supply: see `Supply.step`."""
         return self.supply.step(steps)
 
     @property
@@ -242,10 +242,10 @@ class Plant:
 def on_one_supply(
     kernel: Kernel, values: Sequence[Mapping[str, float]], step: float
 ) -> list[Plant]:
-    """Return actuators that share pump, accumulator and lines; equal in the parameters of these.
+    """Return actuators with a common pump, accumulator and lines, and equal parameters of these.
 
     Args:
-        kernel: the model, compiled for so many actuators.
+        kernel: the model, compiled for this number of actuators.
         values: parameters of each by field name, SI; effects that are not named are off.
         step: width of an integration step [s].
 

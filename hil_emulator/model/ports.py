@@ -1,10 +1,10 @@
-"""Lines between the valve's ports and the chambers, and valves that hold the load.
+"""Lines between the valve's ports and the chambers, and load-holding valves.
 
     port of the valve --- line --- block --- holding valves --- chamber
 
-Without any of them all pressures and flows are those of the chamber. Signs and the arguments of
-every function as in `actuator`. A pressure between valve and chamber is stored as its excess over
-the chamber's *state*, so that zero is rest at any pressure.
+Without these parts all pressures and flows are those of the chamber. Signs and the arguments of
+every function as in `actuator`. A pressure between valve and chamber is stored relative to the
+chamber's *state*, so that zero is rest at any pressure.
 """
 
 import math
@@ -48,7 +48,7 @@ def deliver(x: Any, dx: Any, par: Any, y: Any) -> None:
     y.flow_b = line_flow_b(par, x, dx, y.port_flow_b)
     if holding_acts(par):
         modulus = par.oil_bulk_modulus / par.lines_block_volume
-        # the rates of the blocks; `fill_lines` takes off those of the chambers
+        # the rates of the blocks; `fill_lines` subtracts those of the chambers
         dx.block_excess_a = modulus * y.flow_a
         dx.block_excess_b = -modulus * y.flow_b
         gain = par.lines_passage_gain
@@ -62,7 +62,7 @@ def deliver(x: Any, dx: Any, par: Any, y: Any) -> None:
 
 
 def fill_lines(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
-    """Set the rates between valve and chambers, once those of the chambers are known."""
+    """Set the rates between valve and chambers from those of the chambers."""
     p_a = y.block_pressure_a
     p_b = y.block_pressure_b
     if holding_acts(par):

@@ -106,27 +106,27 @@ STATES = (
 )
 
 FRICTION_STATES = (Quantity("seal_bend", "1", "bend of the seals over the presliding distance"),)
-"""Moves only where dry friction acts."""
+"""Changes only with dry friction."""
 
 SUPPLY_STATES = (Quantity("pump_pressure", "Pa", "pressure at the pump over the set pressure"),)
-"""Moves only where a pump feeds the supply."""
+"""Changes only with a pump."""
 
 HOLDING_STATES = (
     Quantity("block_excess_a", "Pa", "pressure before the holding valves over that of chamber a"),
     Quantity("block_excess_b", "Pa", "pressure before the holding valves over that of chamber b"),
 )
-"""Move only where valves hold the load."""
+"""Change only with load-holding valves."""
 
 COUPLING_STATES = (
     Quantity("stretch", "m", "position of the rod over that of the load"),
     Quantity("stretch_speed", "m/s", "its rate of change"),
 )
-"""Move only where something elastic or loose lies between rod and load."""
+"""Change only with an elastic or loose part between rod and load."""
 
 ALL_STATES = (
     *STATES, *FRICTION_STATES, *SUPPLY_STATES, *HOLDING_STATES, *COUPLING_STATES,
 )  # fmt: skip
-"""What every actuator integrates, beside the states of its effects."""
+"""States of every actuator, without those of its effects."""
 
 INPUTS = (
     Quantity("valve_current", "A", "set point of the coil current"),
@@ -153,7 +153,7 @@ HELD = (
     Quantity("gas_stride", "1", "factor on it where the pressure is higher by a stride"),
     Quantity("transition", "A*Pa^0.5", "opening times root of drop where an edge turns turbulent"),
 )
-"""What stays constant during a call of the integrator."""
+"""Values that are constant during a call of the integrator."""
 
 SIGNALS = (
     Quantity("spool_position", "A", "spool position u_v as the current that holds it there"),

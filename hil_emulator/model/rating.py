@@ -14,7 +14,7 @@ TABLES = ("valve", "driver")
 """The configuration tables whose currents are relative to the rated current."""
 
 _FULLY_OPEN = ("spool_stops_limit", "current_saturation_limit")
-"""Fields that hold the current of full opening; the stops are there unless stated elsewhere."""
+"""Fields that hold the current of full opening; by default the stops are there."""
 
 _POWERS = {"A": 1, "A/s": 1, "m/A": -1}
 
@@ -27,7 +27,8 @@ def depends(param: Param) -> bool:
 def scale(param: Param, rated: float) -> float:
     """Return the factor of a declared number of the valve at a rated current [A].
 
-    What is a current, or a rate of it, grows with the rated current; what is per ampere falls.
+    Currents and rates of current are proportional to the rated current, numbers per ampere
+    inversely proportional.
     """
     return float((rated / REFERENCE_CURRENT) ** _POWERS.get(param.unit, 0))
 
@@ -44,15 +45,15 @@ def at_rated_current(param: Param, rated: float) -> Param:
 
 
 def sized(param: Param, table: str, rated: float) -> Param:
-    """Return a declaration of a table as it is at a rated current [A]."""
+    """Return a declaration of any table at a rated current [A]."""
     return at_rated_current(param, rated) if table in TABLES else param
 
 
 def rated_current(values: Mapping[str, float]) -> float:
-    """Return the current of full opening [A]: where the spool has its stops, or the driver ends.
+    """Return the current of full opening [A]: that of the spool's stops, or the driver's limit.
 
     Args:
-        values: parameters by field name, SI; without both it is the reference's.
+        values: parameters by field name, SI; without both the result is the reference's.
 
     """
     limits = (values.get(field, math.inf) for field in _FULLY_OPEN)

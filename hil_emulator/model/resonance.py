@@ -1,4 +1,4 @@
-"""How quickly a mass swings on the oil of its cylinder."""
+"""Natural frequency of a mass on the oil of its cylinder."""
 
 import math
 from collections.abc import Mapping
@@ -7,7 +7,7 @@ FIELDS = (
     "cylinder_piston_area", "cylinder_area_ratio", "cylinder_stroke", "cylinder_dead_volume_a",
     "cylinder_dead_volume_b", "oil_bulk_modulus", "load_mass",
 )  # fmt: skip
-"""Parameters on which it depends."""
+"""Parameters of the natural frequency."""
 
 
 def on_oil(values: Mapping[str, float]) -> float:

@@ -1,9 +1,9 @@
-"""Where an actuator rests under its load: arithmetic that is also put into C."""
+"""Rest of an actuator under its load; these functions are also translated to C."""
 
 import math
 
 STRETCHING = ("coupling_compliance_compliance", "backlash_gap", "backlash_softness")
-"""Parameters of `stretch_under`, as fields of the record; one that is not there is zero."""
+"""Parameters of `stretch_under`, as fields of the record; a missing field is zero."""
 
 
 def bearing_pressures(
@@ -19,7 +19,7 @@ def bearing_pressures(
         area: of the piston [m^2].
 
     Returns:
-        Twice NaN without a force or an area, or where no pressures between tank and supply hold it.
+        Both NaN without a force or an area, or if no pressures between tank and supply hold it.
 
     """
     if force == 0.0 or area == 0.0:
@@ -33,10 +33,10 @@ def bearing_pressures(
 
 
 def stretch_under(force: float, compliance: float, gap: float, softness: float) -> float:
-    """Return how far the rod is ahead of a load that it holds with a force [m].
+    """Return the stretch between rod and load under a force [m].
 
     Args:
-        force: that it holds [N].
+        force: force of the load on the rod [N].
         compliance: of the coupling [m/N].
         gap: of the backlash [m].
         softness: of the gap's ends, in gaps [1/N].

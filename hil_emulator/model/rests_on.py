@@ -1,21 +1,21 @@
-"""Which numbers rest on which defaults."""
+"""Dependence of numbers on defaults."""
 
 import math
 from collections.abc import Mapping
 
 NOTICEABLE = 0.1
-"""Relative change of a number by one spread of a default, above which it rests on that default
-(assumed)."""
+"""Relative change of a number by one spread of a default above which the number depends on the
+default (assumed)."""
 
 
 def rests_on(
     numbers: Mapping[str, float], others: Mapping[str, Mapping[str, float]]
 ) -> dict[str, tuple[str, ...]]:
-    """Return the defaults that each number rests on; numbers that rest on no default are left out.
+    """Return the defaults that each number depends on; independent numbers are left out.
 
     Args:
         numbers: by name.
-        others: the same with one default moved, by its field.
+        others: the numbers with one default changed, by the field of the default.
 
     """
     marks = {

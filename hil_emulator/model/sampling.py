@@ -1,4 +1,4 @@
-"""The sensors of an actuator as an object with memory: what the loop reads."""
+"""The sensors of an actuator as an object with memory, read by the loop."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -15,7 +15,7 @@ from hil_emulator.model.sensors import CHANNELS
 
 NOTHING: Vector = np.empty(0)
 
-_BLOCK = 256  # normal numbers are drawn for that many samples at once
+_BLOCK = 256  # samples per block of normal random numbers
 
 
 class Sensors:
@@ -23,14 +23,14 @@ class Sensors:
 
     Args:
         kernel: the compiled model.
-        parameters: transducer parameters by channel and field; what is missing is off.
+        parameters: transducer parameters by channel and field; effects without parameters are off.
         period: time between samples [s].
         random: source of the noise.
 
     Attributes:
-        reading: what each channel reports, SI.
-        overrange: -1 at the lower end of a channel's measuring range, +1 at the upper one, else 0.
-        ranges: the same as one number, 0 where no channel is at an end.
+        reading: reading of each channel, SI.
+        overrange: -1 at the lower end of a channel's measuring range, +1 at the upper end, else 0.
+        ranges: `overrange` of all channels as one number, 0 if no channel is at an end.
         count: number of the last sample, from 0.
         record: the last sample as bytes, see `lay_out`.
 
@@ -46,7 +46,7 @@ class Sensors:
         self.names = tuple(c.name for c in CHANNELS)
         self._kernel = kernel
         self._period = period
-        # a stream for each channel, so that one more leaves the others' noise as it is
+        # a random stream per channel, so that another channel does not change their noise
         self._streams = random.spawn(len(CHANNELS))
         self.parameters = np.concatenate(
             [fill(kernel.channel, kernel.effects, parameters.get(n, {})) for n in self.names]
@@ -64,11 +64,11 @@ class Sensors:
         self.lay_out([], 0)
 
     def lay_out(self, words: Sequence[Sequence[float]], length: int) -> None:
-        """Let a record show readings from the next sample on.
+        """Set the layout of the record from the next sample on.
 
         Args:
-            words: what stands where in it, see `digits.pack`.
-            length: its bytes.
+            words: layout, see `digits.pack`.
+            length: number of bytes.
 
         """
         self.record = bytearray(length)
@@ -79,7 +79,7 @@ class Sensors:
             self._bind(self._signals, self._path)
 
     def restart(self) -> None:
-        """Forget what was read so far."""
+        """Clear the memory of past samples."""
         self._memory[:] = math.nan
         self._past[:] = math.nan
 
@@ -88,8 +88,8 @@ class Sensors:
 
         Args:
             signals: the model's signals, shape (signals,).
-            path: what the elements met since the last sample, see `Plant.path`; where nothing
-                followed that, their quantities went straight to their values of now.
+            path: quantities of the elements since the last sample, see `Plant.path`; without a
+                path they are assumed to change linearly to their present values.
             time_us: time of the sample [us], which the record may show.
 
         """
@@ -98,7 +98,7 @@ class Sensors:
         self.again(time_us)
 
     def again(self, time_us: int) -> int:
-        """Sample the same signals and path as `sample` did last; return `ranges`."""
+        """Sample the signals and path of the last `sample`; return `ranges`."""
         row = self._next
         if row == _BLOCK:
             row = self._draw()
@@ -108,19 +108,19 @@ class Sensors:
         return self.ranges
 
     def after(self, supply: Supply, steps: int) -> Callable[[int], int]:
-        """Return what lets a supply pass so many steps, and then does as `again`.
+        """Return a function that integrates `steps` steps of a supply, and then samples as `again`.
 
-        It returns `NOT_FINITE` without a sample if a state is not finite. It is for one layout of
-        the record, and until the supply is moved by another number of steps.
+        It returns `NOT_FINITE` without a sample if a state is not finite. It is valid for one
+        layout of the record, until the supply is integrated by another number of steps.
         """
-        # whoever asks again in the same circumstances, after each heartbeat, gets the same
+        # reused, because the fast path requests it after each heartbeat
         if self._after is None or self._after[0] is not supply.paths or self._after[1] != steps:
             made = self._passing(supply, steps)
             self._after = supply.paths, steps, made
         return self._after[2]
 
     def _passing(self, supply: Supply, steps: int) -> Callable[[int], int]:
-        """Return what `after` returns."""
+        """Return the function of `after`."""
         both = supply.step_and_report(steps, self._instruments, self._period)
         if both is None:
             return lambda time_us: self.again(time_us) if supply.step(steps) else NOT_FINITE

@@ -1,7 +1,7 @@
-"""Which quantity each sensor channel shows, and the transducer chain they share.
+"""The quantity of each sensor channel, and the common transducer chain.
 
-A channel's element follows its quantity through every step of the integrator; the chain that makes
-a reading of what the element shows runs once per sample.
+A channel's element follows its quantity through every step of the integrator; the chain from the
+element's output to the reading runs once per sample.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from hil_emulator.model.stages import element, element_acts, transducer
 
 @dataclass(frozen=True)
 class Channel:
-    """What one sensor reports.
+    """One sensor channel.
 
     Attributes:
         name: channel and dictionary object.
@@ -25,7 +25,7 @@ class Channel:
         span: width of a usual measuring range, in `unit`.
         neighbour: the signal that cross-talk mixes in.
         neighbour_span: its usual range, in its own unit.
-        differenced: the channel whose reading an estimator of a rate looks at.
+        differenced: the channel whose reading an estimator differentiates.
 
     """
 
@@ -51,7 +51,7 @@ CHANNELS = (
 
 
 def wiring(signals: Sequence[str]) -> np.ndarray[Any, Any]:
-    """Return how the channels hang together, for a model with these signals.
+    """Return the connections of the channels, for a model with these signals.
 
     Returns:
         Per channel: the index of its signal, its span, the index of the neighbour's signal, the
@@ -73,8 +73,8 @@ class Transducers(NamedTuple):
 
     Attributes:
         par: their parameters.
-        memory: what they remember.
-        past: the samples that they remember.
+        memory: their stored numbers.
+        past: their stored samples.
 
     """
 
@@ -84,7 +84,7 @@ class Transducers(NamedTuple):
 
 
 def observe(y: Any, row: Any) -> None:
-    """Stand for the compiled function that fills a row with what each actuator's channels meet."""
+    """Stand in for the compiled function that fills a row with each actuator's quantities."""
     raise TypeError("'observe' runs only in the module that kernel.build makes")
 
 
@@ -97,13 +97,13 @@ def sample(
     Args:
         signals: the model's signals, shape (signals,).
         path: the channels' quantities at equal intervals since the last sample, the latest last,
-            shape (intervals, channels); without any row only their values of now are known.
+            shape (intervals, channels); without a row only the present values are used.
         wires: see `wiring`, shape (channels, 5).
         chain: the transducers.
         normal: standard normal numbers, shape (channels,).
         period: time since the last sample [s].
-        reading: what the sensors report, shape (channels,); overwritten.
-        overrange: -1 at the lower end of the measuring range, +1 at the upper one, else 0.
+        reading: readings of the sensors, shape (channels,); overwritten.
+        overrange: -1 at the lower end of the measuring range, +1 at the upper end, else 0.
 
     """
     par, memory, past = chain

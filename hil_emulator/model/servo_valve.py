@@ -29,10 +29,10 @@ from hil_emulator.model.stages import (
 
 
 def transition(par: Any, viscosity: float) -> float:
-    """Return opening times root of the drop at which an edge turns turbulent [A Pa^½].
+    """Return opening times root of the drop at which an edge becomes turbulent [A Pa^½].
 
-    Re = D_h v/nu with D_h = 2 x, twice the slot's height, and v = C_d sqrt(2 dp/rho) (S2 eq. 5,
-    alpha_d(Re)) only holds the product of both: Re_c = 2 s u C_d sqrt(2 dp/rho)/nu.
+    Re = D_h v/nu, with D_h = 2 x, twice the slot's height, and v = C_d sqrt(2 dp/rho) (S2 eq. 5,
+    alpha_d(Re)), depends only on this product: Re_c = 2 s u C_d sqrt(2 dp/rho)/nu.
     """
     nu = par.oil_kinematic_viscosity * viscosity
     slot = 2.0 * par.valve_slot_per_ampere * DISCHARGE
@@ -65,11 +65,11 @@ def edge_flow(par: Any, held: Any, opening: float, drop: float) -> float:
     """Flow through one metering edge (S1 eq. 3.6), in either direction [m³/s].
 
     q = K u dp/(dp² + (T/u)⁴ + w²)^¼ is turbulent, K u sqrt(|dp|), far from zero, and laminar,
-    q ~ u² dp, below a Reynolds number. At |dp| = 10 (T/u)² it is 0.25 % low. It is laminar below
-    the width w in any case: fully open, a sharp edge of the reference machine is so below 0.02 bar
-    alone, and a chamber stalled behind it would ask for steps of 4 us, as they shrink with the
-    root of it. Written with u² above and below, it has one quotient, which waits for one root only;
-    it is computed for a shut edge, too, so that two take the time of one.
+    q ~ u² dp, below a Reynolds number. At |dp| = 10 (T/u)² it is 0.25 % low. Below the width w it
+    is always laminar: a fully open sharp edge of the reference machine is laminar only below
+    0.02 bar, and a stalled chamber behind it would need steps of 4 us, proportional to the root of
+    this pressure. Written with u² in numerator and denominator it has one division, which waits for
+    one root only. It is also computed for a closed edge, so that two edges take the time of one.
     """
     width = par.valve_laminar_width
     laminar = held.transition * held.transition
@@ -85,7 +85,7 @@ def edge_flow(par: Any, held: Any, opening: float, drop: float) -> float:
 def open_edges(x: Any, dx: Any, par: Any, u: float) -> tuple[float, float, float, float]:
     """Return the openings of the edges s-a, b-t, s-b and a-t at a spool travel [A].
 
-    They open two by two where none is unlike the others.
+    Without effects of single edges they open in pairs.
     """
     if edge_sa_acts(par) or edge_bt_acts(par) or edge_sb_acts(par) or edge_at_acts(par):
         return (

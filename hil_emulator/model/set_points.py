@@ -1,4 +1,4 @@
-"""Set points on their way to the valves: which acts in a tick, and from when on."""
+"""Delay of set points to the valves: the set points that act in a tick, and the time of change."""
 
 from typing import Any
 
@@ -8,14 +8,14 @@ from hil_emulator.model.stages import arrival, early_set_point, late_set_point, 
 
 
 def await_set_point(par: Any, held: Any, past: Any, step: float, steps: int) -> None:
-    """Find the set points that reach a valve within a tick, and when the late one does.
+    """Compute the set points that act on a valve within a tick, and the time of change.
 
     Args:
         par: parameters.
-        held: has the set point that is told now; takes both.
-        past: set points that were told before.
+        held: holds the present set point; receives the early and the late set point.
+        past: set points of earlier ticks.
         step: step width [s].
-        steps: number of steps of the tick; without any, what is told acts.
+        steps: number of steps of the tick; with 0 steps the present set point acts.
 
     """
     held.late_current = held.valve_current
@@ -31,14 +31,15 @@ def await_set_point(par: Any, held: Any, past: Any, step: float, steps: int) -> 
 def pass_set_points(
     work: Work, par: Any, held: Any, y: Any, path: Any, step: float, steps: int
 ) -> None:  # fmt: skip
-    """Take `steps` steps; into each valve goes the early set point, and the late one from then on.
+    """Take `steps` steps with the early set point of each valve, then with the late one.
 
-    A step within which one arrives is taken in parts.
+    A step within which a set point arrives is divided.
 
     Args:
         work: as of `integrate`.
         par: as of `integrate`.
-        held: as of `integrate`, with both set points of each valve, and when the late one arrives.
+        held: as of `integrate`, with both set points of each valve, and the arrival of the late
+            one.
         y: as of `integrate`.
         path: as of `integrate`.
         step: step width [s].

@@ -1,12 +1,12 @@
-"""A machine without what no linear model has: friction of the spool, hysteresis, a dead band."""
+"""A machine without friction of the spool, hysteresis and dead band, for linear models."""
 
 from collections.abc import Mapping
 
 FRICTION_OF_SPOOL = {"threshold_current": "threshold", "hysteresis_width": "hysteresis"}
-"""Effects that keep the spool where it is while the current changes a little, by field."""
+"""Effects that hold the spool at small changes of the current, by field."""
 
 DITHER = "dither_amplitude"
-"""Field of the ripple of the current, under which nothing is at rest."""
+"""Field of the current's ripple, with which there is no rest."""
 
 OVERLAP, JUMP = "overlap_lap", "dead_band_compensation_jump"
 """Fields of the travel before an edge opens, and of the jump over it."""
@@ -20,8 +20,8 @@ def sliding(values: Mapping[str, float]) -> dict[str, float]:
 def at_the_edge(values: Mapping[str, float]) -> dict[str, float]:
     """Return the parameters of the same valve at the edges of its dead band: lands without overlap.
 
-    A driver that compensates the dead band jumps from one edge to the other. An edge of another
-    gain g and lap l opens with g (u - l) - z; of u = z + v that is g (v - l - z/g + z).
+    A driver with dead-band compensation jumps from one edge to the other. An edge with gain g and
+    lap l opens with g (u - l) - z; for u = z + v this is g (v - l - z/g + z).
     """
     lap = values.get(OVERLAP, 0.0)
     laps = {
@@ -33,7 +33,7 @@ def at_the_edge(values: Mapping[str, float]) -> dict[str, float]:
 
 
 def left_out(values: Mapping[str, float], *, at_rest: bool) -> list[str]:
-    """Return what a linear model of a machine leaves out, one sentence each.
+    """Return the effects that a linear model of a machine leaves out, one sentence each.
 
     Args:
         values: parameters by field name, SI.

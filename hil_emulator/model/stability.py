@@ -1,4 +1,4 @@
-"""How small an integration step a configuration needs."""
+"""Largest safe integration step of a configuration."""
 
 import math
 from collections.abc import Mapping
@@ -16,10 +16,10 @@ from hil_emulator.model.worst_case_states import worst_case_states
 Matrix = NDArray[np.float64]
 
 _GROWN = 0.1
-"""Relative change of a parameter for the slope of the rate by it (assumed)."""
+"""Relative change of a parameter for the derivative of the rate (assumed)."""
 
 _REMARKABLE = 0.5
-"""Least part of the logarithm of a rate that is worth a parameter's name (assumed)."""
+"""Smallest part of the logarithm of a rate for which a parameter is named (assumed)."""
 
 REACH = 2.2
 """Largest |lambda| h of a safe step: Runge-Kutta of order 4 is stable to 2.78, and up to here a
@@ -33,14 +33,14 @@ _SMALL = {
 
 @dataclass(frozen=True)
 class Bound:
-    """The largest safe step, and why it is no larger.
+    """The largest safe step, and its cause.
 
     Attributes:
         step: the step [s].
-        place: number on its supply of the actuator whose state that is.
-        state: what moves fastest in the fastest mode.
-        parameter: field of the parameter that makes it faster than in a usual actuator; "" where
-            it is not.
+        place: number of the state's actuator on its supply.
+        state: the state with the largest participation in the fastest mode.
+        parameter: field of the parameter that makes the mode faster than in a usual actuator; ""
+            if the mode is not faster.
 
     """
 
@@ -53,10 +53,10 @@ class Bound:
 def required_step(kernel: Kernel, *values: Mapping[str, float]) -> float:
     """Return the largest step that is safe for a configuration [s].
 
-    The bound is the fastest eigenvalue of the model in a set of worst-case states: the valve wide
-    open both ways and shut, no pressure drop at an edge, chambers near vacuum, both ends of the
-    stroke and their stops, sliding and at rest. Actuators on one supply are one system, in states
-    that are worst cases for all of them; where two are coupled, at all places of both.
+    The bound is the fastest eigenvalue of the model in a set of worst-case states: the valve fully
+    open in both directions and closed, no pressure drop at an edge, chambers near vacuum, both ends
+    of the stroke and their stops, sliding and at rest. Actuators on one supply are one system, in
+    states that are worst cases for all of them; two coupled actuators at all positions of both.
 
     Args:
         kernel: the compiled model.
@@ -84,7 +84,7 @@ def step_bound(kernel: Kernel, *values: Mapping[str, float]) -> Bound:
 
 
 def _quickest_state(supply: Supply) -> int:
-    """Return the state that takes the largest part in the fastest mode (participation factor)."""
+    """Return the state with the largest participation factor in the fastest mode."""
     values, right = np.linalg.eig(_jacobian(supply))
     mode = int(np.argmax(np.abs(values)))
     parts = np.abs(right[:, mode] * np.linalg.pinv(right)[mode])
@@ -92,7 +92,7 @@ def _quickest_state(supply: Supply) -> int:
 
 
 def _cause(supply: Supply, fastest: float) -> str:
-    """Return the parameter whose distance from its typical value speeds the fastest mode up most.
+    """Return the parameter whose distance from its typical value most accelerates the mode.
 
     The distance is logarithmic, d(ln rate)/d(ln parameter) times ln(value/typical).
     """

@@ -1,4 +1,4 @@
-"""The few places where physics composes, in the order in which the balances meet them."""
+"""The stages at which effects compose, in the order of the balances."""
 
 from hil_emulator.model.declare import Acts, Stage
 
@@ -59,7 +59,7 @@ tank = Stage(
     balances=(*FLOWS, RETURN),
 )  # fmt: skip
 pilot_flow = Stage(
-    "pilot_flow", "supply", ("port_s", "port_t"), "flow from s to t beside the edges", "m^3/s",
+    "pilot_flow", "supply", ("port_s", "port_t"), "flow from s to t outside the edges", "m^3/s",
     "sum", balances=(NULL_FLOW,),
 )  # fmt: skip
 line_flow = Stage(
@@ -117,7 +117,7 @@ pilot = Stage(
 )  # fmt: skip
 spool_force = Stage(
     "spool_force", "valve", ("deviation", "spool_position", "valve_drop"),
-    "what drives the spool, as a deviation of current", "A", "chain", balances=(SPOOL,),
+    "driving force of the spool, as a deviation of current", "A", "chain", balances=(SPOOL,),
 )  # fmt: skip
 spool = Stage(
     "spool", "valve", ("spool_speed", "bandwidth_factor"), "speed of the spool", "A/s", "chain",
@@ -252,7 +252,7 @@ friction = Stage(
 )  # fmt: skip
 dry_friction = Stage(
     "dry_friction", "friction", ("velocity", "position", "pressure_a", "pressure_b"),
-    "level of the friction force that only knows the direction of motion", "N", "sum",
+    "level of the friction force that depends only on the direction", "N", "sum",
     balances=(PISTON,),
 )  # fmt: skip
 dry_friction_acts = Acts(dry_friction)
@@ -280,7 +280,7 @@ load = Stage(
     "force of the surroundings against the load", "N", "sum", balances=(LOAD,),
 )  # fmt: skip
 load_inertia = Stage(
-    "load_inertia", "load", ("position",), "mass moved beside the constant one", "kg", "sum",
+    "load_inertia", "load", ("position",), "mass in addition to the constant mass", "kg", "sum",
     balances=(LOAD,),
 )  # fmt: skip
 

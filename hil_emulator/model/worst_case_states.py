@@ -1,4 +1,4 @@
-"""States in which a model is stiffest: where the largest safe step is decided."""
+"""States in which a model is stiffest, for the largest safe step."""
 
 import itertools
 import math
@@ -9,7 +9,7 @@ from hil_emulator.model.plant import Plant
 from hil_emulator.model.rating import REFERENCE_CURRENT
 
 FASTEST_ROD = 0.5
-"""Speed of the rod in worst-case states, where the valve's flow allows as much [m/s] (assumed)."""
+"""Speed of the rod in worst-case states, if the valve's flow allows it [m/s] (assumed)."""
 
 _POPPETS = frozenset({"pilot_check_valves_open_a", "pilot_check_valves_open_b"})
 """Valves that are stiffest when they are open."""
@@ -34,7 +34,7 @@ def _worst_case(plant: Plant) -> _WorstCase:
     )
     stroke, depth = float(par.cylinder_stroke), _depth(plant)
     plunger = min(_knob(plant, "cushion_plunger_length", 0.0), 0.5 * stroke)
-    # a gap is widest where it is hardly entered
+    # the flow of a gap is largest at the start of the plunger's entry
     entered = (0.99 * plunger, stroke - 0.99 * plunger) if plunger else ()
     flow = float(par.valve_gain) * limit * math.sqrt(p_s)
     return _WorstCase(
@@ -46,21 +46,21 @@ def _worst_case(plant: Plant) -> _WorstCase:
 
 
 def _together(places: Sequence[Sequence[float]]) -> Iterator[Sequence[float]]:
-    """Yield a place for each actuator: of two all combinations, of more all first, all second."""
+    """Yield a position for each actuator: all combinations for two, equal indices for more."""
     if len(places) <= 2:
         yield from itertools.product(*places)
         return
     for i in range(max(map(len, places))):
-        yield [own[i % len(own)] for own in places]
+        yield [options[i % len(options)] for options in places]
 
 
 def worst_case_states(plants: Sequence[Plant]) -> Iterator[None]:
     """Put the plants of one supply into one worst-case state after the other."""
     worst = [_worst_case(plant) for plant in plants]
     for i, j, k in itertools.product(range(5), range(3), range(2)):
-        for places in _together([own.places for own in worst]):
-            for plant, own, place in zip(plants, worst, places, strict=True):
-                _put(plant, own.pressures[i], own.currents[j], own.speeds[k], place)
+        for places in _together([case.places for case in worst]):
+            for plant, case, place in zip(plants, worst, places, strict=True):
+                _put(plant, case.pressures[i], case.currents[j], case.speeds[k], place)
             yield
 
 
@@ -78,7 +78,7 @@ def _put(
 
 
 def _depth(plant: Plant) -> float:
-    """Return how far the rod presses into a stop under full pressure [m]; 0 without stops."""
+    """Return the depth of the rod in a stop under full pressure [m]; 0 without stops."""
     par = plant.parameters
     stiffness = _knob(plant, "end_stops_stiffness", 0.0)
     return float(par.supply_pressure * par.cylinder_piston_area) / stiffness if stiffness else 0.0
@@ -86,6 +86,6 @@ def _depth(plant: Plant) -> float:
 
 def _knob(plant: Plant, field: str, otherwise: float) -> float:
     """Return a parameter, if the model has it and it is finite."""
-    known = field in (plant.kernel.parameters.names or ())
-    value = float(plant.parameters[field]) if known else otherwise
+    exists = field in (plant.kernel.parameters.names or ())
+    value = float(plant.parameters[field]) if exists else otherwise
     return value if math.isfinite(value) else otherwise

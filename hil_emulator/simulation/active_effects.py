@@ -1,6 +1,6 @@
 """Selection of the effects that can act in a run: on, or switched on by a fault.
 
-An effect that is off changes no bit of the result, but checking a few dozen of them in every
+An effect that is off changes no bit of the result, but checking a few dozen such effects in every
 evaluation takes a quarter of the time. So a run's model is compiled without them.
 """
 
@@ -23,7 +23,7 @@ def acting(config: Configuration) -> Configuration:
 
 
 def acting_together(configs: Sequence[Configuration]) -> list[Configuration]:
-    """Return configurations without the effects that can act in none of them."""
+    """Return configurations without the effects that cannot act in any of them."""
     given = [values for c in configs for values in (c.plant, *c.sensors.values())]
     every = configs[0].effects
     effects = tuple(e for e in every if _can_act(e, given))

@@ -23,7 +23,7 @@ from hil_emulator.simulation.timed_can_port import CanPort, TimedCanPort
 
 @functools.cache
 def compiled(effects: tuple[Effect, ...], cache: Path | None, actuators: int = 1) -> kernel.Kernel:
-    """Return the compiled model of a catalogue, once in a process."""
+    """Return the compiled model of a catalogue, cached in the process."""
     return kernel.build(effects, cache, actuators=actuators)
 
 
@@ -33,7 +33,7 @@ def assemble(
     cache: Path | None = None,
     recorder: Recorder | None = None,
 ) -> Rig:
-    """Make the rig of a configuration; compiles the model and runs it once.
+    """Create the rig of a configuration; compiles the model and runs it once.
 
     The model has only the effects that can act, see `acting`.
 
@@ -41,10 +41,10 @@ def assemble(
         config: the rig's description.
         bus: carries its frames.
         cache: folder of compiled models.
-        recorder: takes every tick, if there is one.
+        recorder: records every tick; None for no recording.
 
     Raises:
-        UserError: if a node cannot be made from its EDS.
+        UserError: if a node cannot be created from its EDS.
 
     """
     (rig,) = assemble_together([config], [bus], cache)
@@ -55,7 +55,7 @@ def assemble(
 def assemble_together(
     configs: Sequence[Configuration], buses: Sequence[CanPort], cache: Path | None = None
 ) -> list[Rig]:
-    """Make the rigs of one supply, see `assemble`; the bus of each may be the same."""
+    """Create the rigs of one supply, see `assemble`; they may share a bus."""
     configs = acting_together(configs)
     model = compiled(configs[0].effects, cache, len(configs))
     plants = plants_of(model, configs)

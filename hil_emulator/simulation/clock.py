@@ -40,12 +40,12 @@ class LockStep:
 
 
 AWAKE = 1e-4
-"""End of a wait that is spent spinning [s]: a sleeping process wakes up late, by 30 us usually and
-by 50 to 100 us once in a hundred times under SCHED_FIFO (`cyclictest`)."""
+"""Part of a wait with busy waiting, at its end [s]. A sleeping process wakes up late, usually by
+30 us, and by 50 to 100 us in 1 % of cases under SCHED_FIFO (`cyclictest`)."""
 
 
 def sleep_punctually(seconds: float) -> None:
-    """Wait for some seconds, the end of them spinning, for a precision of a microsecond."""
+    """Wait for some seconds, with busy waiting at the end, for a precision of 1 us."""
     end = time.perf_counter() + seconds
     if seconds > AWAKE:
         time.sleep(seconds - AWAKE)
@@ -56,11 +56,11 @@ def sleep_punctually(seconds: float) -> None:
 class WallClock:
     """Real time, by absolute deadlines, so that delays do not add up.
 
-    A tick that begins late by a whole period or more delays the later deadlines too: no tick is
-    skipped, and ticks do not follow in a burst.
+    A tick that begins late by a period or more also delays the later deadlines: no tick is skipped,
+    and there is no burst of ticks.
 
     Args:
-        period_ns: distance of the ticks [ns].
+        period_ns: period of the ticks [ns].
         now: monotonic time [ns].
         sleep: waits for some seconds.
 
@@ -117,10 +117,10 @@ class WaitingBus(Protocol):
 
 
 class FollowSync:
-    """Clock by the controller's SYNC messages: each one lets a SYNC period pass.
+    """Clock by the controller's SYNC messages: each SYNC advances the time by a SYNC period.
 
     It is placed between the bus and the rig, so that every SYNC reaches the nodes in the tick that
-    it releases. While time stands still, other frames are served at the present time: a master can
+    it releases. While time is stopped, other frames are served at the present time: a master can
     configure the node before it sends SYNC.
 
     Args:
@@ -128,8 +128,8 @@ class FollowSync:
         sync_period_ns: emulator time per SYNC [ns].
 
     Attributes:
-        serve: lets the nodes answer frames without moving the plant; set by the owner of the rig.
-        idle: called some times a second while no SYNC arrives.
+        serve: makes the nodes answer frames without a step of the plant; set by the rig's owner.
+        idle: called several times a second while no SYNC arrives.
 
     """
 

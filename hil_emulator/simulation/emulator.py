@@ -89,7 +89,7 @@ class Emulator(AbstractContextManager["Emulator"]):
         self._listeners.append(call)
 
     def tick(self) -> None:
-        """Let one tick pass, then call the registered functions; within such a call, do nothing."""
+        """Execute one tick, then call the registered functions; within such a call, do nothing."""
         if self._ticking:
             return
         self._ticking = True
@@ -112,7 +112,7 @@ class Emulator(AbstractContextManager["Emulator"]):
             )  # fmt: skip
 
     def run_for(self, time: Time) -> None:
-        """Let emulator time pass.
+        """Advance emulator time.
 
         Raises:
             UserError: for text that is not a time.
@@ -122,7 +122,7 @@ class Emulator(AbstractContextManager["Emulator"]):
             self.tick()
 
     def wait_until(self, what: str | Callable[[Signals], bool], within: Time = "1 s") -> float:
-        """Let time pass until a condition holds.
+        """Advance time until a condition holds.
 
         Args:
             what: a function of the signals, or text such as "position > 60 mm".

@@ -1,9 +1,9 @@
-"""Decision when the fast path applies.
+"""Conditions of the fast path.
 
 At the end of a tick each node enters its fast path if all of these conditions hold:
 
 1. No fault is active or scheduled: a fault changes samples and frames between services and bus.
-2. Every channel is inside its measuring range: its end is reported, and checked in each tick.
+2. Every channel is inside its measuring range: leaving the range is checked and reported each tick.
 3. The node is OPERATIONAL: in other states it sends no TPDO and takes no set point.
 4. No object is distorted: a distortion overwrites its object after each sample.
 5. Every service has declared a later time before which it has nothing to do
@@ -11,11 +11,11 @@ At the end of a tick each node enters its fast path if all of these conditions h
 6. The TPDOs carry only integers of up to 32 bits, on whole bytes, that show a channel, the
    sample counter or the sample time: the machine code can pack these (`model/digits.py`).
 
-A rig passes whole ticks in `fast_tick` if in addition
+A rig executes whole ticks in `fast_tick` under these additional conditions:
 
 7. the node on the fast path is its only one, without partners: no frames are carried between them;
 8. its bus has no modelled timing: no frame waits for the bus;
-9. the cylinder has ends, or the rod has left its stroke: otherwise each tick checks whether it has.
+9. the cylinder has ends, or the rod has left its stroke: otherwise each tick checks the stroke.
 """
 
 from collections.abc import Callable
@@ -34,7 +34,7 @@ class FastPathNodes:
         steps: integration steps per tick.
 
     Attributes:
-        tick: lets a tick of the rig pass; returns False, without effect, if it cannot.
+        tick: executes a tick of the rig; returns False, without effect, if it cannot.
 
     """
 
@@ -46,7 +46,7 @@ class FastPathNodes:
         self.tick: Callable[[], bool] = lambda: False
 
     def enter(self) -> None:
-        """Let each node, and the rig, enter the fast path if its conditions hold."""
+        """Enter the fast path of each node, and of the rig, if the conditions hold."""
         rig = self._rig
         for node in rig.nodes:
             if (
@@ -72,7 +72,7 @@ class FastPathNodes:
             self.tick = fast_tick(rig, rig.nodes[0], self._steps)
 
     def leave(self, *, renewed: bool = False) -> None:
-        """Let all nodes leave it, see `Node.leave_fast_path`."""
+        """Leave the fast path of all nodes, see `Node.leave_fast_path`."""
         for node in self._rig.nodes:
             node.leave_fast_path(renewed=renewed)
 

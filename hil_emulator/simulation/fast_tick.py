@@ -1,7 +1,7 @@
 """Tick of a rig whose only node is on its fast path, in as few steps as possible.
 
 It does the work of `Rig.step` for the usual case. Other cases are left to the rig, before the tick
-or at the point of the tick where they are noticed.
+or at the point of the tick where they are detected.
 """
 
 from collections.abc import Callable
@@ -52,7 +52,7 @@ class TickingRig(Protocol):
 
 
 def fast_tick(rig: TickingRig, node: Node, steps: int) -> Callable[[], bool]:
-    """Return a function that lets a tick pass, or returns False, without effect, if it cannot.
+    """Return a function that executes a tick, or returns False, without effect, if it cannot.
 
     Args:
         rig: the rig, on a bus without modelled timing.

@@ -11,7 +11,7 @@ from hil_emulator.frame import EXTENDED, Frame
 from hil_emulator.partners.partner import Partner
 
 Participant = Node | Partner
-"""What sends and hears frames on a rig's bus."""
+"""A node or partner that sends and receives frames on a rig's bus."""
 
 Spoken = list[tuple[Participant, Frame]]
 """Frames with the nodes that sent them."""
@@ -37,13 +37,13 @@ class FrameRouter:
             node.on_route = self._rerouted
 
     def begin(self, now_ns: int) -> None:
-        """Begin a tick, which needs nothing on a bus without modelled timing."""
+        """Begin a tick; no action on a bus without modelled timing."""
 
     def stand(self) -> None:
-        """Pass frames at once from now on, because time stands still."""
+        """Pass frames at once from now on, because time is stopped."""
 
     def go_on(self) -> None:
-        """Let time pass again."""
+        """Resume the time."""
 
     def publish(self, node: Participant, frames: Sequence[Frame]) -> None:
         """Pass a node's frames to the other nodes in the next tick."""
@@ -71,7 +71,7 @@ class FrameRouter:
     def _shared(
         self, frames: Sequence[Frame], *, everything: bool
     ) -> Iterator[tuple[Participant, Sequence[Frame]]]:
-        """Yield each of several nodes with the frames for it, also from the others."""
+        """Yield each of several nodes with the frames for it, including those of other nodes."""
         spoken, self._spoken = self._spoken, []
         if not (everything or self._open):
             spoken, frames = self._of_concern(spoken, frames)
@@ -84,9 +84,9 @@ class FrameRouter:
     def _of_concern(
         self, spoken: Spoken, frames: Sequence[Frame]
     ) -> tuple[Spoken, Sequence[Frame]]:
-        """Return the frames that some node takes.
+        """Return the frames that a node accepts.
 
-        These are all frames if one of them may change the identifiers that a node listens to.
+        These are all frames if one of them may change the identifiers that a node accepts.
         """
         if self._stale:
             self._listen()
@@ -107,7 +107,7 @@ class FrameRouter:
         return needed, heard
 
     def _taken(self, frame: Frame) -> bool | None:
-        """Return whether a frame may change what some node listens to; None if no node takes it."""
+        """Return whether a frame may change a node's identifiers; None if no node accepts it."""
         can_id, _, remote, extended = frame
         identifier = can_id | EXTENDED if extended else can_id
         if remote:
@@ -115,7 +115,7 @@ class FrameRouter:
         return self._hears.get(identifier)
 
     def _listen(self) -> None:
-        """Store which frames any node takes, and whether they may change what it listens to."""
+        """Store the identifiers that nodes accept, and whether a frame may change them."""
         self._stale = False
         self._asked = frozenset().union(*(node.asked for node in self._nodes))
         self._hears = {}

@@ -29,7 +29,7 @@ class Ticking(Protocol):
         ...
 
     def step(self) -> None:
-        """Let one tick pass."""
+        """Execute one tick."""
         ...
 
     def slip(self, total_ns: int) -> None:
@@ -58,7 +58,7 @@ class Durations:
             self.longest_ns = duration_ns
 
     def percentile_us(self, share: float) -> float:
-        """Return the duration [us] that `share` (0 ... 1) of all stay within."""
+        """Return the duration [us] that is not exceeded by a share (0 ... 1) of all durations."""
         wanted = share * sum(self.counts)
         passed = 0
         for i, count in enumerate(self.counts):
@@ -136,7 +136,7 @@ def run(
 
 
 def _slip(rig: Ticking, clock: Clock, lateness: int, timing: Timing, stop: bool) -> None:
-    """Handle a tick, the last one, that began a whole period late."""
+    """Handle the last tick, which began a period late or more."""
     timing.overruns += 1
     timing.slipped_ns = clock.slipped_ns
     rig.slip(clock.slipped_ns)

@@ -37,7 +37,7 @@ class Junction:
         return tap
 
     def collect(self) -> None:
-        """Pass the arrived frames to every tap, once a tick."""
+        """Pass the received frames to every tap, once per tick."""
         frames = self._bus.receive()
         if frames:
             for tap in self._taps:
@@ -111,7 +111,7 @@ class Machine:
         return next(iter(self.rigs.values())).now_ns
 
     def step(self) -> None:
-        """Let one tick pass, as `Rig.step`, in all rigs together.
+        """Execute one tick, as `Rig.step`, in all rigs together.
 
         Raises:
             NotFiniteError: names the actuator whose state is not finite.
@@ -141,7 +141,7 @@ class Machine:
             rig.slip(total_ns)
 
     def serve(self, frames: Sequence[Frame]) -> None:
-        """Let all nodes answer frames at the present time; the plants stand still."""
+        """Make all nodes answer frames at the present time, without a step of the plants."""
         for rig in self.rigs.values():
             rig.serve(frames)
 
@@ -149,7 +149,7 @@ class Machine:
 def prepare(settings: MachineSettings, cache: Path | None = None) -> None:
     """Compile every model of a machine, which may take a minute, before the run begins.
 
-    A model becomes machine code when it is called, so each is moved and sampled once.
+    A model is compiled at its first call, so each is integrated and sampled once.
     """
     configs = {a.name: a.config for a in settings.actuators}
     for names in by_supply(settings):
@@ -164,7 +164,7 @@ def prepare(settings: MachineSettings, cache: Path | None = None) -> None:
 def assemble_machine(
     settings: MachineSettings, buses: Mapping[str, CanPort], cache: Path | None = None
 ) -> Machine:
-    """Make every rig of a machine; the model is compiled once per number of actuators on a supply.
+    """Create every rig of a machine; compile one model per number of actuators on a supply.
 
     Args:
         settings: the machine's description.
@@ -172,7 +172,7 @@ def assemble_machine(
         cache: folder of compiled models.
 
     Raises:
-        UserError: if a node cannot be made from its EDS.
+        UserError: if a node cannot be created from its EDS.
 
     """
     timed = {n: TimedCanPort(buses[n], wire) for n, wire in settings.wires.items() if wire.modelled}
@@ -193,7 +193,7 @@ def assemble_machine(
 
 
 def by_supply(settings: MachineSettings) -> list[list[str]]:
-    """Return the names of the actuators on each supply; an own supply has one actuator."""
+    """Return the names of the actuators on each supply; a separate supply has one actuator."""
     names: dict[object, list[str]] = {}
     for actuator in settings.actuators:
         names.setdefault(actuator.supply or (actuator.name,), []).append(actuator.name)

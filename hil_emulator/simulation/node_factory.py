@@ -21,7 +21,7 @@ _log = logging.getLogger(__name__)
 
 
 def nodes(config: Configuration, channels: Sequence[str]) -> list[Node]:
-    """Make the CANopen nodes of a configuration.
+    """Create the CANopen nodes of a configuration.
 
     Raises:
         UserError: if an EDS is missing or wrong, has no object that the configuration names, or

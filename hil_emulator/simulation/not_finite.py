@@ -7,7 +7,7 @@ class NotFiniteError(UserError):
     """A state of the model has become infinite or NaN: the run has ended.
 
     Args:
-        now_ns: the tick in which it was noticed [ns].
+        now_ns: time of the tick in which it was detected [ns].
         state: its name; the first of several.
 
     """

@@ -1,4 +1,4 @@
-"""Application of a configuration's `map` to a dictionary; names of the EDS then bind nothing."""
+"""Application of a configuration's `map` to a dictionary; names in the EDS then bind no object."""
 
 from collections.abc import Sequence
 
@@ -37,7 +37,7 @@ def wire(dictionary: Dictionary, objects: Sequence[ObjectSettings]) -> list[tupl
 
 
 def _bind(dictionary: Dictionary, entry: Entry, binding: ObjectSettings) -> None:
-    """Let an object show a channel or give a command, scaled and limited as stated."""
+    """Bind an object to a channel or command, with scale and limits."""
     scale = None
     if binding.factor is not None:
         scale = Scale(binding.unit, binding.factor, binding.offset)

@@ -29,14 +29,14 @@ class ParameterFile:
     Args:
         path: the file; it need not exist, and its folder is created.
         dictionary: the node's dictionary, which identifies the device.
-        tell: takes a message if a file is refused.
+        report: called with a message if a file is refused.
 
     Raises:
         UserError: the folder cannot be made, or the file cannot be read.
 
     """
 
-    def __init__(self, path: Path, dictionary: Dictionary, tell: Callable[[str], None]) -> None:
+    def __init__(self, path: Path, dictionary: Dictionary, report: Callable[[str], None]) -> None:
         self._path = path
         self._device = fingerprint(dictionary)
         self._values: Values = {}
@@ -58,12 +58,14 @@ class ParameterFile:
             except (ValueError, KeyError, TypeError, AttributeError) as error:
                 self._is_refused = True
                 reason = error if isinstance(error, _RefusedError) else "it is damaged"
-                tell(f"{path}: not used, {reason}; node {dictionary.node_id} starts with defaults")
+                report(
+                    f"{path}: not used, {reason}; node {dictionary.node_id} starts with defaults"
+                )
         elif path.exists():
-            tell(f"{path}: not used, it is empty; node {dictionary.node_id} starts with defaults")
+            report(f"{path}: not used, it is empty; node {dictionary.node_id} starts with defaults")
 
     def load(self) -> Values:
-        """Return the last saved values; none at first."""
+        """Return the last saved values, empty at first."""
         return self._values
 
     def save(self, values: Values) -> None:
@@ -103,8 +105,8 @@ class _RefusedError(ValueError):
 def fingerprint(dictionary: Dictionary) -> str:
     """Return a fingerprint of a device's parameters: identity and every object.
 
-    Nodes of the same device have the same one, whatever their serial numbers. An EDS with another
-    object, data type or limit has another.
+    It does not depend on the serial number. It changes with the objects of the EDS, their data
+    types and limits.
     """
     parts = [dictionary.get(IDENTITY, n) for n in VENDOR_PRODUCT_REVISION]
     identity = [0 if part is None else part.default for part in parts]

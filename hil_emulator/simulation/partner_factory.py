@@ -35,7 +35,7 @@ def partners(config: Configuration, channels: Sequence[str]) -> list[Partner]:
 
 
 class _Maker:
-    """Makes one partner."""
+    """Creates one partner."""
 
     def __init__(self, settings: PartnerSettings, channels: Sequence[str]) -> None:
         self.table, self.file = settings.table, settings.dbc
@@ -61,11 +61,11 @@ class _Maker:
             if settings.message not in self._sent:
                 raise UserError(f"{self.table.name} does not send {settings.message}: {self.file}")
         sent = [self._sent_message(name, others) for name in self._sent]
-        said = self.table.j1939
-        if said is None:
+        j1939 = self.table.j1939
+        if j1939 is None:
             return Partner(self.table.name, sent, self._obeyed)
-        who = Name(said.identity, said.manufacturer, said.function, said.arbitrary_address)
-        return J1939Partner(self.table.name, sent, self._obeyed, who, said.address)
+        who = Name(j1939.identity, j1939.manufacturer, j1939.function, j1939.arbitrary_address)
+        return J1939Partner(self.table.name, sent, self._obeyed, who, j1939.address)
 
     def _message(self, name: str) -> Message:
         message = database.message_of(self._database, self.file, name)
@@ -96,11 +96,11 @@ class _Maker:
     def _obeyed_message(self, name: str, settings: Sequence[SignalSettings]) -> ObeyedMessage:
         message, table = self._message(name), self.table.messages.get(name, MessageTable())
         commands = []
-        for said in [s for s in settings if s.message == name]:
-            signal = database.signal_of(message, self.file, said.signal)
-            factor, _ = self._scale(signal, said)
+        for content in [s for s in settings if s.message == name]:
+            signal = database.signal_of(message, self.file, content.signal)
+            factor, _ = self._scale(signal, content)
             commands.append(
-                CommandSignal(signal.name, said.source, factor, self.table.safe_current)
+                CommandSignal(signal.name, content.source, factor, self.table.safe_current)
             )
         timeout_ns = round(1e9 * (table.timeout or 0.0))
         return ObeyedMessage(message, commands, timeout_ns, self._protection(message, table))
@@ -127,30 +127,34 @@ class _Maker:
             raise UserError(f"{self.file}: {message.name}.{name} is not one whole byte")
         return int(signal.start) // 8
 
-    def _source(self, signal: Signal, said: SignalSettings) -> Source:
-        if said.states:
-            return self._state_source(signal, said)
-        if said.constant is not None:
-            if isinstance(said.constant, str):
-                self._check_word(signal, said, said.constant)
-            return _constant(said.constant)
-        if said.points:
-            return _course(Course(said.points, repeat=said.repeat))
-        if said.source not in self._channels:
-            raise UserError(f"{self.file}: {said.where} shows no sensor channel {said.source!r}")
-        factor, offset = self._scale(signal, said)
-        return _channel(self._channels.index(said.source), factor, offset)
+    def _source(self, signal: Signal, content: SignalSettings) -> Source:
+        if content.states:
+            return self._state_source(signal, content)
+        if content.constant is not None:
+            if isinstance(content.constant, str):
+                self._check_word(signal, content, content.constant)
+            return _constant(content.constant)
+        if content.points:
+            return _course(Course(content.points, repeat=content.repeat))
+        if content.source not in self._channels:
+            raise UserError(
+                f"{self.file}: {content.where} shows no sensor channel {content.source!r}"
+            )
+        factor, offset = self._scale(signal, content)
+        return _channel(self._channels.index(content.source), factor, offset)
 
-    def _state_source(self, signal: Signal, said: SignalSettings) -> Source:
-        for word in said.states.values():
-            self._check_word(signal, said, word)
-        return _state(self._obeyed, said.states)
+    def _state_source(self, signal: Signal, content: SignalSettings) -> Source:
+        for word in content.states.values():
+            self._check_word(signal, content, word)
+        return _state(self._obeyed, content.states)
 
-    def _check_word(self, signal: Signal, said: SignalSettings, word: str) -> None:
+    def _check_word(self, signal: Signal, content: SignalSettings, word: str) -> None:
         words = [str(choice) for choice in (signal.choices or {}).values()]
         if word not in words:
-            listed = ", ".join(words) or "none"
-            raise UserError(f"{self.file}: {said.where} has no value {word!r}; there are {listed}")
+            listed = ", ".join(words) or "no values"
+            raise UserError(
+                f"{self.file}: {content.where} has no value {word!r}; there are {listed}"
+            )
 
     def _scale(self, signal: Signal, settings: SignalSettings) -> tuple[float, float]:
         """Return the SI value of one unit of a signal, and that of 0."""

@@ -12,7 +12,7 @@ _PRIORITY = 50  # above ordinary work, below the kernel's interrupt threads (ass
 
 @dataclass(frozen=True)
 class Measure:
-    """A measure: its name, whether it worked, and why not."""
+    """A measure: its name, whether it works, and the reason if it does not."""
 
     name: str
     works: bool

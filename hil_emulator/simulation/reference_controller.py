@@ -22,11 +22,11 @@ _FORCE_DEADBAND = 20.0  # N, in which the seals hold the rod; without it the loo
 _FORCE_BANDWIDTH = 30.0  # rad/s of each of two low passes: noise, and the oil spring at 60 Hz
 _LIMIT = 8e-3  # A
 
-# Current across a dead band of the valve: it grows while the rod is slow, or stands away from its
+# Current across a dead band of the valve: it grows while the rod is slow, or at rest away from its
 # target (assumed).
 _NEAR = 0.2e-3  # m, within which the target counts as reached
-_WINDOW = 50  # samples in which a rod that is not slow passes
-_SHARE = 0.3  # of the distance from the target
+_WINDOW = 50  # samples in which a rod that is not slow covers this
+_SHARE = 0.3  # share of the distance from the target
 _PUSH = 4e-6  # A per sample
 _MOST_PUSH = 2e-3  # A
 
@@ -91,7 +91,7 @@ class Controller:
     def hold_position(self, target: float) -> None:
         """Send the current that moves the rod towards `target` [m].
 
-        A proportional controller, with a further current where that does not move the rod.
+        A proportional controller, with an additional current if the rod does not move.
         """
         self._error = (0.0, 0.0)
         error = target - self.readings.position

@@ -34,25 +34,25 @@ _log = logging.getLogger(__name__)
 
 
 class Rig:
-    """Plant, sensors and nodes on one bus, moved tick by tick.
+    """Plant, sensors and nodes on one bus, simulated tick by tick.
 
     Args:
         plant: the actuator.
         sensors: its sensor channels.
-        nodes: what is on the bus: the CANopen nodes that show it, and partners.
+        nodes: the CANopen nodes of the actuator, and partners.
         bus: carries the frames.
         tick_ns: period of the loop [ns].
         steps: integration steps per tick.
-        recorder: takes every tick, if there is one.
+        recorder: records every tick; None for no recording.
         not_finite: reaction to a state that is not finite: "stop" or "reset".
 
     Attributes:
         now_ns: emulator time at which the next tick begins [ns].
         faults: the faults.
         slipped_ns: total delay of its time behind real time.
-        measured: the last sample, if it was read, see `sample`.
+        measured: the last sample, if it has been read, see `sample`.
         left_stroke_ns: when the rod of a cylinder without ends left its stroke; None if it did not.
-        wire: of its bus, if that has modelled timing.
+        wire: model of the bus timing, if the bus has one.
         supply_mates: the other rigs on its supply, which share its faults.
 
     """
@@ -97,9 +97,9 @@ class Rig:
         self._measure()
 
     def step(self) -> None:
-        """Let one tick pass; the order of these lines is the contract.
+        """Execute one tick; the order of these lines is the contract.
 
-        Rigs on one supply take each of them together, see `machine.Machine.step`.
+        Rigs on one supply execute each line together, see `machine.Machine.step`.
 
         Raises:
             NotFiniteError: if a state is not finite, after bus and recording have been informed.
@@ -121,14 +121,14 @@ class Rig:
         self._deliver(self.bus.receive())
 
     def integrate(self) -> bool:
-        """Move the plant one tick, and all on its supply; return whether every state is finite."""
+        """Integrate all plants on the supply by one tick; return whether every state is finite."""
         return self.plant.step(self._steps)
 
     def publish(self, finite: bool) -> None:
         """End a tick: the sensors sample, the nodes publish, the recorder takes the row.
 
         Args:
-            finite: whether every state is, of all plants on its supply.
+            finite: whether every state of all plants on the supply is finite.
 
         Raises:
             NotFiniteError: see `step`.
@@ -157,7 +157,7 @@ class Rig:
             self._recover()
 
     def serve(self, frames: Sequence[Frame]) -> None:
-        """Let the nodes answer frames at the present time; the plant stands still."""
+        """Make the nodes answer frames at the present time, without a step of the plant."""
         if self.recorder:
             self.recorder.event(self.now_ns, {"serve": len(frames)})
         self._fast_path.leave()
@@ -266,7 +266,7 @@ class Rig:
                 self.plant.command(commands)
 
     def _deliver_faulty(self, frames: Sequence[Frame]) -> None:
-        """Let nodes receive the frames that faults pass, each of which is checked."""
+        """Pass frames to the nodes, except those that faults suppress."""
         for node, arriving in self._router.arriving(frames, everything=True):
             reached = self.faults.arriving(self.now_ns, node, arriving)
             commands = node.receive(self.now_ns, reached)
@@ -288,7 +288,7 @@ class Rig:
         return self.measured
 
     def _fail(self) -> None:
-        """Let the nodes report that their measurement has failed; there are no readings."""
+        """Make the nodes report that their measurement has failed; there are no readings."""
         for node in self.nodes:
             node.raise_error(NotFiniteError, ErrorCode.INTERNAL_SOFTWARE, ErrorBit.GENERIC)
         count = len(self.sensors.names)

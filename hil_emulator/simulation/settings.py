@@ -15,9 +15,9 @@ class Settings:
     """Applies settings.
 
     Args:
-        plant: with the inputs.
-        nodes: with the objects of set points.
-        parameters: of the plant, which faults may hold.
+        plant: holds the inputs.
+        nodes: hold the objects of set points.
+        parameters: of the plant; a fault may hold a parameter.
 
     """
 
@@ -41,7 +41,7 @@ class Settings:
             self._parameters.set_sound(name, value)
 
     def waits(self, name: str) -> str:
-        """Return which nodes apply a set point only once they are OPERATIONAL; "" if none."""
+        """Return the nodes that apply a set point only in OPERATIONAL; "" if all apply it now."""
         if name not in COMMANDS:
             return ""
         waiting = [
@@ -53,7 +53,7 @@ class Settings:
         return f"{name} waits: {states}; an NMT start puts it in force" if waiting else ""
 
     def _command(self, name: str, value: float) -> None:
-        """Write a set point into the nodes as an SDO client does: into all or none of them."""
+        """Write a set point into all nodes as an SDO client does; a refusal changes no node."""
         dictionaries = [node.dictionary for node in self._nodes]
         commanded = [(d, entry) for d in dictionaries if (entry := d.named(name)) is not None]
         try:

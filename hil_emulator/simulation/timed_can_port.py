@@ -1,8 +1,8 @@
 """A bus with modelled timing for rigs: a port on the bus, and a router of frames.
 
 Frames of nodes are queued in their controllers. Frames from outside are queued in a controller
-without a limit, as if they had been sent at the tick in which they came. A frame that has passed by
-the beginning of a tick is received in that tick, and leaves for the outside in it.
+without a limit, as if they had been sent at the tick of their arrival. A frame whose transmission
+has ended at the beginning of a tick is received in that tick, and sent to the outside bus.
 """
 
 import functools
@@ -34,18 +34,18 @@ class CanPort(Protocol):
 
 
 class TimedCanPort:
-    """A port of rigs on a bus whose timing is modelled, and the bus outside.
+    """A port of rigs on a bus with modelled timing, and on the outside bus.
 
     Args:
-        bus: the bus outside.
+        bus: the outside bus.
         settings: its bit rate, and the depth of the nodes' transmit queues.
 
     Attributes:
-        wire: the wire.
+        wire: model of the bus timing.
         arrived: frames from outside at this tick.
-        passed: frames that have passed since the last tick, in this order.
-        errors: of controllers since then.
-        standing: whether time stands still, and frames pass at once.
+        passed: frames transmitted since the last tick, in this order.
+        errors: errors of controllers since the last tick.
+        standing: whether time is stopped, so that frames pass at once.
 
     """
 
@@ -67,7 +67,7 @@ class TimedCanPort:
         return self.wire.attach(self._depth)
 
     def begin(self, now_ns: int) -> None:
-        """Begin a tick, once for all rigs on the wire: release passed frames, collect new ones."""
+        """Begin a tick, once for all rigs: deliver transmitted frames and read new ones."""
         if now_ns <= self.now_ns:
             return
         self.now_ns = now_ns
@@ -83,7 +83,7 @@ class TimedCanPort:
         return self.arrived
 
     def send(self, frames: Iterable[Frame]) -> None:
-        """Send frames at once while time stands still; otherwise the wire sends them in order."""
+        """Send frames at once while time is stopped; otherwise the wire sends them in order."""
         if self.standing:
             self._bus.send(frames)
 
@@ -117,11 +117,11 @@ class TimedRouter(FrameRouter):
                 node.clear_error(ErrorState)
 
     def stand(self) -> None:
-        """Pass frames at once from now on, because time stands still."""
+        """Pass frames at once from now on, because time is stopped."""
         self._port.standing = True
 
     def go_on(self) -> None:
-        """Let time pass again."""
+        """Resume the time."""
         self._port.standing = False
 
     def disturb(
@@ -129,11 +129,11 @@ class TimedRouter(FrameRouter):
         destroys: Callable[[Participant, int], bool],
         acknowledged: Callable[[Participant, int], bool],
     ) -> None:
-        """Let functions of node and time decide about frames of nodes.
+        """Set functions of node and time that disturb frames of nodes.
 
         Args:
-            destroys: whether an error frame destroys it.
-            acknowledged: whether another node acknowledges it.
+            destroys: whether an error frame destroys the frame.
+            acknowledged: whether another node acknowledges the frame.
 
         """
         for node, controller in self._controllers.items():
@@ -150,25 +150,25 @@ class TimedRouter(FrameRouter):
     def arriving(
         self, frames: Sequence[Frame], *, everything: bool
     ) -> Iterator[tuple[Participant, Sequence[Frame]]]:
-        """Yield each node with the frames for it; a node that is off the bus receives none."""
+        """Yield each node with the frames for it; a node in bus-off receives no frames."""
         if self._port.standing:
             yield from super().arriving(frames, everything=everything)
             return
-        spoken, self._spoken = self._spoken, []  # while time stood still
+        spoken, self._spoken = self._spoken, []  # sent while time was stopped
         for node, controller in self._controllers.items():
             heard = [frame for speaker, frame in spoken if speaker is not node]
             heard += [p.frame for p in self._port.passed if p.sender is not controller]
             yield node, [] if controller.off_until_ns is not None else heard
 
     def leaving(self, now_ns: int, sent: Sequence[Frame]) -> list[tuple[int, Sequence[Frame]]]:
-        """Return which frames of these nodes have passed, and when."""
+        """Return the transmitted frames of these nodes, with their times."""
         if self._port.standing:
             return super().leaving(now_ns, sent)
         controllers = self._controllers.values()
         return [(p.done_ns, [p.frame]) for p in self._port.passed if p.sender in controllers]
 
     def _report_loss(self, node: Participant, controller: CanController) -> None:
-        """Let a node report frames lost in its queue, until that is empty again."""
+        """Make a node report frames lost in its queue, until the queue is empty again."""
         if controller.lost > self._lost[node]:
             self._lost[node] = controller.lost
             node.raise_error(CanController, ErrorCode.CAN_OVERRUN, ErrorBit.COMMUNICATION)
@@ -177,7 +177,7 @@ class TimedRouter(FrameRouter):
 
 
 def _report(node: Participant, error_class: int) -> None:
-    """Let a node obey and report what its controller has met with."""
+    """Make a node report an error of its controller, and apply its error behaviour."""
     if error_class == BUS_OFF:
         node.bus_off()
     elif error_class == RESTARTED:

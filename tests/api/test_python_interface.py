@@ -123,7 +123,7 @@ def test_an_effect_changes_another_actuator(knee: hil.Actuator) -> None:
         (lambda k: k.with_effect("internal_leak"), "did you mean 'internal_leakage'?"),
         (lambda k: k.with_effect("offset", "1 bar"), "name its channel"),
         (lambda k: k.with_effect("internal_leakage", "3 bar"), "with_effect"),
-        (lambda k: k.simulate("1 mA"), "say how long"),
+        (lambda k: k.simulate("1 mA"), "duration is missing"),
         (lambda k: k.simulate("1 bar", "1 s"), "valve_current"),
         (lambda k: k.simulate(0.0, "1 s", load="3 N"), "the plant has no input 'load'"),
         (lambda k: k.linearise(position="3 m"), "outside the stroke"),

@@ -13,7 +13,7 @@ _numbers = itertools.count()
     params=["virtual", "socketcand_server", pytest.param("socketcan", marks=pytest.mark.vcan)]
 )
 def wire(request: pytest.FixtureRequest) -> Iterator[Wire]:
-    """Yield one wire after the other of those a rig can be told to use."""
+    """Yield each kind of bus that a rig can use."""
     if request.param == "virtual":
         settings = {"interface": "virtual", "channel": f"wire-{next(_numbers)}"}
         wire = Wire(settings, node_settings=settings)

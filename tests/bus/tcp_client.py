@@ -1,4 +1,4 @@
-"""A client of the TCP server down to its bytes, so that it can misbehave."""
+"""A client of the TCP server that sends raw bytes, also invalid ones."""
 
 import socket
 import struct
@@ -12,7 +12,7 @@ from hil_emulator.frame import Frame
 
 
 def polled(server: SocketcandServerBus, until: Callable[[], bool]) -> list[Frame]:
-    """Poll a server until something is true; return the frames that arrived there meanwhile."""
+    """Poll a server until a condition is true; return the frames that it received."""
     frames: list[Frame] = []
     deadline = time.monotonic() + PATIENCE_S
     while not until():
@@ -24,7 +24,7 @@ def polled(server: SocketcandServerBus, until: Callable[[], bool]) -> list[Frame
 
 
 class Client:
-    """A TCP connection to the server that speaks only when told to."""
+    """A TCP connection to the server that sends only explicit data."""
 
     def __init__(self, server: SocketcandServerBus, receive_buffer: int | None = None) -> None:
         self._server = server
@@ -40,12 +40,12 @@ class Client:
     def __exit__(self, *_: object) -> None:
         self.socket.close()
 
-    def say(self, text: bytes) -> None:
+    def send(self, text: bytes) -> None:
         """Send bytes."""
         self.socket.sendall(text)
 
     def heard(self) -> bytes:
-        """Return all that has been heard since the last `hear`, without waiting."""
+        """Return all bytes received since the last `hear`, without waiting."""
         try:
             while chunk := self.socket.recv(1 << 16, socket.MSG_DONTWAIT):
                 self._heard += chunk
@@ -54,7 +54,7 @@ class Client:
         return self._heard
 
     def hear(self, commands: int) -> bytes:
-        """Poll the server until this many commands have been heard; return and forget them."""
+        """Poll the server until this many commands have been received; return and drop them."""
         polled(self._server, lambda: self.heard().count(b">") >= commands)
         text, self._heard = self._heard, b""
         return text
@@ -62,13 +62,13 @@ class Client:
     def shake_hands(self) -> "Client":
         """Reach raw mode."""
         assert self.hear(1) == b"< hi >"
-        self.say(b"< open can0 >")
+        self.send(b"< open can0 >")
         assert self.hear(1) == b"< ok >"
-        self.say(b"< rawmode >")
+        self.send(b"< rawmode >")
         assert self.hear(1) == b"< ok >"
         return self
 
     def reset(self) -> None:
-        """Vanish as a killed process does: with a reset instead of a farewell."""
+        """Close the connection with a reset, as a killed process does."""
         self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         self.socket.close()

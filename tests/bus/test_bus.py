@@ -1,4 +1,4 @@
-"""What is true of `Bus` on python-can's virtual bus; test_contract.py says what all buses share."""
+"""`Bus` on python-can's virtual bus; test_contract.py has the tests of all buses."""
 
 from collections.abc import Iterator
 
@@ -11,7 +11,7 @@ from hil_emulator.frame import Frame
 
 @pytest.fixture
 def bus() -> Iterator[Bus]:
-    """Yield a bus that nobody else is on."""
+    """Yield a bus without other nodes."""
     with Bus({"interface": "virtual", "channel": "test_bus"}) as bus:
         yield bus
 
@@ -24,14 +24,14 @@ def peer() -> Iterator[can.BusABC]:
 
 
 def test_a_bus_without_other_nodes_is_silent(bus: Bus) -> None:
-    """Nothing arrives, nothing is lost, and what one sends oneself does not come back."""
+    """No frame arrives, no frame is lost, and sent frames are not received."""
     bus.send([Frame(0x701, b"\x00")])
     assert bus.receive() == []
     assert (bus.sent, bus.received, bus.dropped) == (1, 0, 0)
 
 
 def test_one_receive_is_bounded_and_loses_nothing(bus: Bus, peer: can.BusABC) -> None:
-    """A flood is handed on in portions, in order."""
+    """Many frames are returned in portions, in order."""
     flood = 2 * RECEIVE_LIMIT + 1
     for number in range(flood):
         peer.send(can.Message(arbitration_id=number, is_extended_id=False))
@@ -41,7 +41,7 @@ def test_one_receive_is_bounded_and_loses_nothing(bus: Bus, peer: can.BusABC) ->
 
 
 def test_a_wait_takes_no_frame_away(bus: Bus, peer: can.BusABC) -> None:
-    """What ended a wait comes first at the next receive, counts once and towards the bound."""
+    """The frame that ended a wait is first in the next receive, and counts once in the bound."""
     for number in range(RECEIVE_LIMIT + 1):
         peer.send(can.Message(arbitration_id=number, is_extended_id=False))
     assert bus.wait(5.0)
@@ -52,7 +52,7 @@ def test_a_wait_takes_no_frame_away(bus: Bus, peer: can.BusABC) -> None:
 
 
 def test_errors_on_the_wire_are_counted_and_not_handed_on(bus: Bus, peer: can.BusABC) -> None:
-    """Error frames and CAN FD frames, errors to a classical controller, never reach the device."""
+    """Error frames and CAN FD frames, which are errors for a classical controller, are dropped."""
     peer.send(can.Message(is_error_frame=True))
     peer.send(can.Message(arbitration_id=1, is_fd=True, data=bytes(12)))
     peer.send(can.Message(arbitration_id=2, is_extended_id=False))
@@ -61,7 +61,7 @@ def test_errors_on_the_wire_are_counted_and_not_handed_on(bus: Bus, peer: can.Bu
 
 
 def test_an_error_frame_does_not_end_a_wait(bus: Bus, peer: can.BusABC) -> None:
-    """Only a frame one can receive is an arrival."""
+    """Only a frame that can be received ends a wait."""
     peer.send(can.Message(is_error_frame=True))
     assert not bus.wait(0.0)
     peer.send(can.Message(is_error_frame=True))
@@ -70,7 +70,7 @@ def test_an_error_frame_does_not_end_a_wait(bus: Bus, peer: can.BusABC) -> None:
 
 
 def test_a_full_receiver_does_not_stop_the_sender(bus: Bus) -> None:
-    """Where a node's queue is full the frame is dropped and counted, and the next one tried."""
+    """If a node's queue is full the frame is dropped and counted, and the next frame is tried."""
     with can.Bus(interface="virtual", channel="test_bus", rx_queue_size=1) as narrow:
         bus.send([Frame(1), Frame(2)])
         assert (bus.sent, bus.dropped) == (1, 1)
@@ -80,7 +80,7 @@ def test_a_full_receiver_does_not_stop_the_sender(bus: Bus) -> None:
 
 
 def test_receivers_do_not_share_a_frame(bus: Bus, peer: can.BusABC) -> None:
-    """What one node does to a message it received is nothing to the others."""
+    """A node that changes a received message does not change it for other nodes."""
     with can.Bus(interface="virtual", channel="test_bus") as third:
         bus.send([Frame(0x181, b"\x01\x02")])
         mine, other = peer.recv(5.0), third.recv(5.0)
@@ -92,7 +92,7 @@ def test_receivers_do_not_share_a_frame(bus: Bus, peer: can.BusABC) -> None:
 
 
 def test_a_remote_frame_keeps_its_length_code(bus: Bus, peer: can.BusABC) -> None:
-    """It has no data, but asks for as many bytes as its length code says, both ways."""
+    """It has no data and keeps its length code in both directions."""
     peer.send(can.Message(arbitration_id=0x185, is_remote_frame=True, dlc=6, is_extended_id=False))
     (frame,) = bus.receive()
     assert (frame.remote, len(frame.data)) == (True, 6)

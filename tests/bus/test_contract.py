@@ -1,6 +1,6 @@
-"""What is true of a `Bus` whatever carries it, told by stock python-can and canopen nodes.
+"""The contract of `Bus` for every interface, tested with stock python-can and canopen nodes.
 
-Memory, TCP and the kernel's vcan carry it here.
+The interfaces are memory, TCP and the kernel's vcan.
 """
 
 import shlex
@@ -33,7 +33,7 @@ def test_the_bus_receives_what_a_node_sends(wire: Wire) -> None:
 
 
 def test_every_node_receives_what_the_bus_sends(wire: Wire) -> None:
-    """All nodes see the same frames in the same order, and the bus does not hear itself."""
+    """All nodes receive the same frames in the same order, and the bus not its own frames."""
     nodes = [wire.join(), wire.join()]
     wire.bus.send(CLASSICAL)
     for node in nodes:
@@ -42,8 +42,8 @@ def test_every_node_receives_what_the_bus_sends(wire: Wire) -> None:
     assert (wire.bus.sent, wire.bus.dropped) == (len(CLASSICAL), 0)
 
 
-def test_nodes_hear_each_other_but_not_themselves(wire: Wire) -> None:
-    """It is one wire: what a node sends reaches the bus and every other node, not the sender."""
+def test_nodes_receive_each_other_but_not_themselves(wire: Wire) -> None:
+    """A frame of a node reaches the bus and every other node, not the sender."""
     first, second = wire.join(), wire.join()
     first.send(message_of(Frame(0x601, b"\x40")))
     assert wire.arrived(1) == [Frame(0x601, b"\x40")]
@@ -54,7 +54,7 @@ def test_nodes_hear_each_other_but_not_themselves(wire: Wire) -> None:
 
 
 def test_a_remote_frame_is_carried_or_counted(wire: Wire) -> None:
-    """A wire that knows no remote frames drops them by the count, it does not disguise them."""
+    """A bus without remote frames drops and counts them; it does not convert them."""
     node = wire.join()
     request, mark = Frame(0x705, remote=True), Frame(0x80)
     wire.bus.send([request, mark])
@@ -68,7 +68,7 @@ def test_a_remote_frame_is_carried_or_counted(wire: Wire) -> None:
 
 
 def test_waiting_ends_with_the_first_frame(wire: Wire) -> None:
-    """A wait without arrivals says so; one with an arrival leaves the frame to `receive`."""
+    """A wait returns whether a frame arrived, and leaves the frame to `receive`."""
     node = wire.join()
     assert not wire.bus.wait(0.0)
     node.send(message_of(Frame(0x80)))
@@ -77,13 +77,13 @@ def test_waiting_ends_with_the_first_frame(wire: Wire) -> None:
 
 
 def test_leaving_twice_is_harmless(wire: Wire) -> None:
-    """Whoever closes a bus need not know whether somebody already has."""
+    """A bus may be closed twice."""
     wire.bus.close()
     wire.bus.close()
 
 
 def test_a_canopen_master_in_another_process_finds_the_device(wire: Wire) -> None:
-    """The client command, pasted into a shell, scans the bus and prints the node that answers."""
+    """The client command scans the bus in another process and prints the node that answers."""
     if wire.bus.client_command.startswith("#"):
         pytest.skip("a bus inside one process")
     command = shlex.split(wire.bus.client_command)

@@ -1,4 +1,4 @@
-"""The virtual bus of one process is python-can's own for everybody who joins it."""
+"""The virtual bus of one process is compatible with python-can's virtual bus."""
 
 from collections.abc import Iterator
 
@@ -21,12 +21,12 @@ def door() -> Iterator[Bus]:
 
 
 def stock() -> can.BusABC:
-    """Join with python-can's own bus."""
+    """Join with python-can's virtual bus."""
     return can.Bus(**SETTINGS, ignore_config=True)
 
 
-def test_parties_of_this_kind_hand_each_other_the_very_frames(door: Bus) -> None:
-    """A frame cannot change, so nobody needs a copy; nobody hears himself."""
+def test_frames_are_passed_without_a_copy(door: Bus) -> None:
+    """Frames are immutable, so they are passed as they are; a sender does not receive its own."""
     with Bus(SETTINGS) as peer:
         door.send(FRAMES)
         heard = peer.receive()
@@ -35,8 +35,8 @@ def test_parties_of_this_kind_hand_each_other_the_very_frames(door: Bus) -> None
         assert (door.sent, peer.received) == (3, 3)
 
 
-def test_python_cans_own_bus_hears_what_it_would_hear_of_its_like(door: Bus) -> None:
-    """A message from here and one from python-can's own bus are equal in all but time."""
+def test_python_cans_bus_receives_equal_messages(door: Bus) -> None:
+    """A message from this bus and one from python-can's bus differ only in time."""
     with stock() as listener, stock() as speaker:
         for frame in FRAMES:
             can_id, data, remote, extended = frame
@@ -51,13 +51,13 @@ def test_python_cans_own_bus_hears_what_it_would_hear_of_its_like(door: Bus) -> 
 
 
 def burst(count: int) -> Burst:
-    """Return frames that nobody has looked at yet."""
+    """Return unread frames."""
     heads = [(0x180 + i % 8, False) for i in range(count)]
     return Burst(heads, lambda data: [data[i : i + 1] for i in range(count)], bytes(range(count)))
 
 
-def test_frames_that_nobody_has_looked_at_arrive_as_any(door: Bus) -> None:
-    """By this bus, as messages, on python-can's own, with a filter, and at most so many at once."""
+def test_unread_frames_arrive_as_others(door: Bus) -> None:
+    """On this bus, as messages, on python-can's bus, with a filter, and in limited portions."""
     frames = list(burst(200))
     assert frames[3] == burst(200)[3] == Frame(0x183, b"\x03")
     with Bus(SETTINGS) as peer, open_can_bus(SETTINGS) as bus, stock() as other:
@@ -73,7 +73,7 @@ def test_frames_that_nobody_has_looked_at_arrive_as_any(door: Bus) -> None:
 
 
 def test_it_is_a_bus_of_python_can(door: Bus) -> None:
-    """What `can_bus` opens sends, receives, filters and notifies like any bus of python-can."""
+    """The bus of `can_bus` sends, receives, filters and notifies like any bus of python-can."""
     with open_can_bus(SETTINGS) as bus, stock() as third:
         bus.send(can.Message(arbitration_id=0x600, data=b"\x40", is_extended_id=False))
         assert door.receive() == [Frame(0x600, b"\x40")]
@@ -87,8 +87,8 @@ def test_it_is_a_bus_of_python_can(door: Bus) -> None:
     assert isinstance(bus, can.BusABC)
 
 
-def test_who_has_left_is_told_so(door: Bus) -> None:
-    """A closed bus refuses frames, as python-can's own does."""
+def test_a_closed_bus_refuses_frames(door: Bus) -> None:
+    """A closed bus refuses frames, as python-can's bus does."""
     bus = open_can_bus(SETTINGS)
     bus.shutdown()
     with pytest.raises(can.CanOperationError, match="closed"):

@@ -1,4 +1,4 @@
-"""What is true of the socketcand protocol: streams of bytes in, frames out, and back."""
+"""The socketcand protocol: bytes to frames, and frames to bytes."""
 
 import random
 
@@ -24,7 +24,7 @@ frames = standard | extended
 
 @given(frames)
 def test_we_read_what_the_stock_client_writes(frame: Frame) -> None:
-    """Every classical data frame python-can's client sends is understood."""
+    """Every classical data frame of python-can's client is read."""
     line = convert_can_message_to_ascii_message(message_of(frame)).encode()
     [command] = CommandStream().feed(line)
     assert parse_send(command) == frame
@@ -32,7 +32,7 @@ def test_we_read_what_the_stock_client_writes(frame: Frame) -> None:
 
 @given(frames, st.floats(0.0, 4e9))
 def test_the_stock_client_reads_what_we_write(frame: Frame, time: float) -> None:
-    """Every frame we tell about is understood by python-can's client, the empty one included."""
+    """Python-can's client reads every frame that we write, including frames without data."""
     message = convert_ascii_message_to_can_message(format_frames([frame], time).decode())
     assert frame_of(message) == frame
     assert message.timestamp == pytest.approx(time, abs=1e-6)
@@ -69,13 +69,13 @@ def test_a_frame_reads_as_in_the_protocol_description() -> None:
     ],
 )
 def test_an_ill_formed_command_is_no_frame(command: str) -> None:
-    """Nothing is guessed: wrong lengths, identifiers and words are not sent on."""
+    """Commands with wrong lengths, identifiers or words are dropped."""
     assert parse_send(command.encode()) is None
 
 
 @given(st.binary(max_size=400), st.lists(st.integers(1, 50)))
 def test_segmentation_does_not_matter(stream: bytes, cuts: list[int]) -> None:
-    """TCP may cut the stream anywhere: the commands are the same."""
+    """TCP may divide the stream anywhere: the commands are the same."""
     whole, pieces = CommandStream(), CommandStream()
     expected, got, rest = whole.feed(stream), [], stream
     for cut in cuts:
@@ -97,7 +97,7 @@ def obeyed(stream: CommandStream, chunk: bytes) -> list[Frame]:
 
 @given(st.lists(st.sampled_from(PIECES), max_size=6), st.sampled_from([b"", b"<", b"< sen"]))
 def test_whole_commands_are_read_at_once_as_one_by_one(parts: list[str], before: bytes) -> None:
-    """What `sends` takes is what `feed` and `parse_send` make of it, and leaves nothing over."""
+    """`sends` returns the same frames as `feed` and `parse_send`, and leaves no rest."""
     chunk, stream, other = "".join(parts).encode(), CommandStream(), CommandStream()
     assert stream.feed(before) == other.feed(before) == []
     taken = stream.sends(chunk)
@@ -109,14 +109,14 @@ def test_whole_commands_are_read_at_once_as_one_by_one(parts: list[str], before:
 
 @given(st.lists(frames, max_size=8))
 def test_what_the_stock_client_writes_is_read_at_once(several: list[Frame]) -> None:
-    """As many commands as come together, empty frames among them."""
+    """Several commands are read together, including frames without data."""
     lines = "".join(convert_can_message_to_ascii_message(message_of(f)) for f in several)
     assert CommandStream().sends(lines.encode()) == several
 
 
 @given(st.lists(st.sampled_from(["<", ">", " ", "a" * 40, "send 1 0"])), st.integers(1, 7))
 def test_segmentation_does_not_matter_among_brackets(parts: list[str], step: int) -> None:
-    """The same for streams made of the protocol's own pieces, overlong commands among them."""
+    """The same for streams of protocol elements, including commands that are too long."""
     stream = "".join(parts).encode()
     pieces = CommandStream()
     got = [c for i in range(0, len(stream), step) for c in pieces.feed(stream[i : i + step])]
@@ -125,13 +125,13 @@ def test_segmentation_does_not_matter_among_brackets(parts: list[str], step: int
 
 @given(st.binary(max_size=300), frames)
 def test_a_command_after_garbage_is_understood(garbage: bytes, frame: Frame) -> None:
-    """Whatever came before, the next complete command counts."""
+    """A complete command after garbage is read."""
     line = convert_can_message_to_ascii_message(message_of(frame)).encode()
     assert parse_send(CommandStream().feed(garbage + line)[-1]) == frame
 
 
 def test_an_endless_command_is_forgotten() -> None:
-    """A client that never closes its bracket costs no memory, and can start anew."""
+    """A command without end uses limited memory, and a new command is read."""
     stream = CommandStream()
     for _ in range(1000):
         assert stream.feed(b"<" + b"x" * MAX_COMMAND) == []
@@ -141,7 +141,7 @@ def test_an_endless_command_is_forgotten() -> None:
 
 
 def test_random_bytes_are_survived() -> None:
-    """100 000 random bytes, biased towards brackets, raise nothing and leave little behind."""
+    """100 000 random bytes, mostly brackets, raise no error and leave a short rest."""
     noise = random.Random(1)
     alphabet = [*range(256), *b"<<<<>>>>send 0123"]
     stream = CommandStream()
@@ -152,5 +152,5 @@ def test_random_bytes_are_survived() -> None:
 
 
 def test_a_length_without_data_is_that_of_a_remote_frame() -> None:
-    """So python-can's client writes it: the length asks for that of the answer."""
+    """Python-can's client writes a remote frame as a length without data."""
     assert parse_send(b" send 185 8  ") == Frame(0x185, remote=True)

@@ -1,4 +1,4 @@
-"""The TCP server against a model of who is on the bus, client by client."""
+"""The TCP server compared with a model of its clients."""
 
 import contextlib
 import re
@@ -52,17 +52,17 @@ def line_of(frame: Frame) -> bytes:
 
 
 class Speaker:
-    """A client on the bus, and the command it has not finished."""
+    """A client on the bus, and its incomplete command."""
 
     def __init__(self, client: Client, number: int) -> None:
         self.client = client
         self.number = number
         self.rest = b""
-        self.begun: Frame | None = None  # what the command becomes once `rest` is said
+        self.begun: Frame | None = None  # the frame of the command once `rest` is sent
 
 
 class TcpBus(RuleBasedStateMachine):
-    """Clients good and bad; a stock one that only listens witnesses what the bus carries."""
+    """Correct and wrong clients; a stock client that only listens records the frames of the bus."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -81,26 +81,26 @@ class TcpBus(RuleBasedStateMachine):
         self.arrived: list[Frame] = []  # at the server
 
     def teardown(self) -> None:
-        """Let everybody leave."""
+        """Close all connections."""
         for client in [*self.halfway, *(speaker.client for speaker in self.speakers)]:
             client.socket.close()
         self.witness.shutdown()
         self.server.shutdown()
 
     def next_frame(self, sender: int, size: int = 8) -> Frame:
-        """Return a frame that tells its sender by its identifier and is like no other."""
+        """Return a unique frame whose identifier is the number of its sender."""
         self.count += 1
         data = struct.pack("<I", self.count) + bytes(4)
         return Frame(sender, data[:size], extended=bool(self.count % 2))
 
     def poll_until(self, true: Callable[[], bool]) -> None:
-        """Poll the server until something is true; keep what arrives."""
+        """Poll the server until a condition is true; keep the received frames."""
         self.arrived += polled(self.server, true)
 
     def ask(self, client: Client, words: bytes, answer: bytes) -> None:
-        """Let a client that is not on the bus speak, and wait for the answer."""
+        """Send from a client that is not on the bus, and wait for the answer."""
         before = len(client.heard())
-        client.say(words)
+        client.send(words)
         self.poll_until(lambda: b">" in client.heard()[before:])
         assert client.heard()[before:].startswith(answer)
 
@@ -112,13 +112,13 @@ class TcpBus(RuleBasedStateMachine):
 
     @property
     def clients(self) -> int:
-        """How many clients the server should have, the witness among them."""
+        """The expected number of clients, including the witness."""
         return 1 + len(self.speakers) + len(self.halfway)
 
     @precondition(lambda self: self.clients < MAX_CLIENTS - 1)
     @rule(opened=st.booleans())
     def begin(self, opened: bool) -> None:
-        """Connect and ask for a channel, perhaps one that there is not."""
+        """Connect and open a channel, perhaps a channel that does not exist."""
         client = self.greeted()
         self.ask(client, *((OPEN, b"< ok >") if opened else (b"< open can7 >", b"< error")))
         self.halfway.append(client)
@@ -126,15 +126,15 @@ class TcpBus(RuleBasedStateMachine):
     @precondition(lambda self: self.halfway)
     @rule(at=which, words=st.sampled_from(list(ANSWERS)))
     def dawdle(self, at: int, words: bytes) -> None:
-        """Say something else during the handshake: frames are not taken."""
+        """Send other commands during the handshake: frames are ignored."""
         self.ask(self.halfway[at % len(self.halfway)], words, ANSWERS[words])
 
     @precondition(lambda self: self.halfway)
     @rule(at=which, torn=st.integers(0, len(OPEN) - 1))
     def finish_handshake(self, at: int, torn: int) -> None:
-        """Open the channel, again perhaps, in two pieces, and ask for raw mode."""
+        """Open the channel, perhaps again, in two pieces, and request raw mode."""
         client = self.halfway.pop(at % len(self.halfway))
-        client.say(OPEN[:torn])
+        client.send(OPEN[:torn])
         self.poll_until(iter([False, True]).__next__)
         self.ask(client, OPEN[torn:], b"< ok >")
         self.ask(client, b"< rawmode >", b"< ok >")
@@ -144,10 +144,10 @@ class TcpBus(RuleBasedStateMachine):
     @precondition(lambda self: self.speakers)
     @rule(at=which, count=st.integers(1, 200), size=st.integers(4, 8))
     def send(self, at: int, count: int, size: int) -> None:
-        """Send whole commands at once; what was begun before is given up."""
+        """Send complete commands at once; an incomplete command before them is dropped."""
         speaker = self.speakers[at % len(self.speakers)]
         frames = [self.next_frame(speaker.number, size) for _ in range(count)]
-        speaker.client.say(b"".join(line_of(frame) for frame in frames))
+        speaker.client.send(b"".join(line_of(frame) for frame in frames))
         speaker.begun = None
         self.sent += frames
 
@@ -158,7 +158,7 @@ class TcpBus(RuleBasedStateMachine):
         speaker = self.speakers[at % len(self.speakers)]
         speaker.begun = self.next_frame(speaker.number)
         line = line_of(speaker.begun)
-        speaker.client.say(line[:cut])
+        speaker.client.send(line[:cut])
         speaker.rest = line[cut:]
 
     @precondition(lambda self: any(speaker.begun for speaker in self.speakers))
@@ -168,16 +168,16 @@ class TcpBus(RuleBasedStateMachine):
         torn = [speaker for speaker in self.speakers if speaker.begun]
         speaker = torn[at % len(torn)]
         assert speaker.begun is not None
-        speaker.client.say(speaker.rest)
+        speaker.client.send(speaker.rest)
         self.sent.append(speaker.begun)
         speaker.begun = None
 
     @precondition(lambda self: self.speakers)
     @rule(at=which, noise=noises)
     def rave(self, at: int, noise: bytes) -> None:
-        """Send what is no command; a `<` before it ends what was begun."""
+        """Send an invalid command; its `<` ends an incomplete command."""
         speaker = self.speakers[at % len(self.speakers)]
-        speaker.client.say(b"<" + noise)
+        speaker.client.send(b"<" + noise)
         speaker.begun = None
 
     @rule(count=st.integers(1, 30))
@@ -191,39 +191,39 @@ class TcpBus(RuleBasedStateMachine):
     @precondition(lambda self: self.clients < MAX_CLIENTS - 1)
     @rule(beginning=beginnings, piece=st.sampled_from([1, 7, 4096]))
     def intrude(self, beginning: bytes, piece: int) -> None:
-        """Begin with anything but `< open`, then do everything right: closed, at most with why."""
+        """Begin with other bytes than `< open`: the server closes, at most with an error."""
         with self.greeted() as client:
             text = beginning + OPEN + b"< rawmode >" + line_of(FORBIDDEN) * 3
             with contextlib.suppress(OSError):
                 for start in range(0, len(text), piece):
-                    client.say(text[start : start + piece])
+                    client.send(text[start : start + piece])
             self.poll_until(lambda: self.server.clients == self.clients)
-            said = b""
+            received = b""
             with contextlib.suppress(ConnectionResetError):
                 while part := client.socket.recv(4096):
-                    said += part
-            assert re.fullmatch(rb"(< error [^<>]* >)?", said), said
+                    received += part
+            assert re.fullmatch(rb"(< error [^<>]* >)?", received), received
 
     @precondition(lambda self: self.speakers or self.halfway)
     @rule(at=which, reset=st.booleans(), last=st.booleans())
     def vanish(self, at: int, reset: bool, last: bool) -> None:
-        """Hang up or be killed, at times behind the beginning of a command."""
+        """Close or reset the connection, sometimes after the beginning of a command."""
         everybody = [*self.halfway, *(speaker.client for speaker in self.speakers)]
         client = everybody[at % len(everybody)]
         if last:
-            client.say(b"< send 7ff 0")
+            client.send(b"< send 7ff 0")
         client.reset() if reset else client.socket.close()
         self.halfway = [other for other in self.halfway if other is not client]
         self.speakers = [speaker for speaker in self.speakers if speaker.client is not client]
 
     @rule()
     def come_and_go(self) -> None:
-        """Connect and be gone before anybody has looked."""
+        """Connect and close before the server polls."""
         Client(self.server).reset()
 
     @invariant()
-    def the_witness_hears_what_was_sent(self) -> None:
-        """Every frame, once, in the order of its sender; so does the owner of the bus."""
+    def the_witness_receives_all_sent_frames(self) -> None:
+        """Check that witness and owner receive every frame once, in the order of its sender."""
         self.speak_as_the_server(1)
         of_clients = sum(frame.can_id != SERVER for frame in self.sent)
         deadline = time.monotonic() + PATIENCE_S

@@ -1,4 +1,4 @@
-"""What is true of the embedded TCP server under floods, garbage and clients that do not read."""
+"""The embedded TCP server with floods, garbage and clients that do not read."""
 
 import contextlib
 import random
@@ -21,7 +21,7 @@ FRAME = Frame(0x181, bytes(range(8)))
 
 @pytest.fixture
 def server(monkeypatch: pytest.MonkeyPatch) -> Iterator[SocketcandServerBus]:
-    """Yield a server polled by nobody but the test; the pause after a handshake ends at once."""
+    """Yield a server that only the test polls, without a pause after the handshake."""
     monkeypatch.setattr(tcp_connection, "HANDSHAKE_PAUSE_S", 0.0)
     with SocketcandServerBus(port=0) as server:
         yield server
@@ -34,7 +34,7 @@ def send_line(frame: Frame) -> bytes:
 
 
 def test_a_hundred_thousand_frames_cross_the_bus_in_order(server: SocketcandServerBus) -> None:
-    """However the stream is cut, the owner and the other client get every frame, unchanged."""
+    """With any segmentation the owner and the other client receive every frame unchanged."""
     chance = random.Random(2)
     frames = [
         Frame(chance.getrandbits(11), chance.randbytes(chance.randrange(9))) for _ in range(100_000)
@@ -50,24 +50,24 @@ def test_a_hundred_thousand_frames_cross_the_bus_in_order(server: SocketcandServ
             got += polled(server, iter([False] * 100 + [True]).__next__)
             witness.heard()
         assert got == frames
-        told = CommandStream().feed(witness.hear(len(frames)))
-        assert [line.split()[1] for line in told] == [b"%03X" % frame.can_id for frame in frames]
+        lines = CommandStream().feed(witness.hear(len(frames)))
+        assert [line.split()[1] for line in lines] == [b"%03X" % frame.can_id for frame in frames]
         assert (server.dropped, server.ignored) == (0, 0)
 
 
-def test_a_hundred_thousand_random_bytes_harm_nobody(server: SocketcandServerBus) -> None:
-    """Noise before and after the handshake is counted, not obeyed; the client may still speak."""
+def test_a_hundred_thousand_random_bytes_do_no_harm(server: SocketcandServerBus) -> None:
+    """Noise before and after the handshake is counted and ignored; the client can still send."""
     chance = random.Random(3)
     noise = bytes(chance.choices([*range(256), *b"<<<<>>>>"], k=100_000))
     with Client(server) as deaf, Client(server).shake_hands() as loud:
         witness = Client(server).shake_hands()
-        deaf.say(b"< open can7 >")
+        deaf.send(b"< open can7 >")
         for start in range(0, len(noise), 1000):
-            deaf.say(noise[start : start + 1000])
-            loud.say(noise[start : start + 1000])
+            deaf.send(noise[start : start + 1000])
+            loud.send(noise[start : start + 1000])
             assert polled(server, iter([False] * 5 + [True]).__next__) == []
             deaf.heard()
-        loud.say(send_line(FRAME))
+        loud.send(send_line(FRAME))
         assert server.recv(10.0) is not None
         assert FRAME.data.hex().encode() in witness.hear(1)
         assert server.ignored > 100
@@ -85,23 +85,23 @@ POST = (
     [POST, b"GET / HTTP/1.0\r\n\r\n", send_line(FRAME), b"\x16\x03\x01", b"< hi >", b" " * 200],
 )
 @pytest.mark.parametrize("piece", [1, 7, 4096])
-def test_who_does_not_begin_with_open_is_cut_off(
+def test_a_client_that_does_not_begin_with_open_is_closed(
     server: SocketcandServerBus, beginning: bytes, piece: int
 ) -> None:
-    """A web page's POST, whose body would drive the bus, gets no frame on it, however it comes."""
+    """The POST of a web page with commands in its body sends no frame, with any segmentation."""
     with Client(server).shake_hands() as witness, Client(server) as page:
         polled(server, lambda: server.clients == 2)
         for start in range(0, len(beginning), piece):
             with contextlib.suppress(OSError):
-                page.say(beginning[start : start + piece])
+                page.send(beginning[start : start + piece])
         assert polled(server, lambda: server.clients == 1) == []
         assert b"frame" not in witness.heard()
 
 
-def test_places_held_by_nobody_are_given_away(
+def test_idle_connections_are_closed(
     server: SocketcandServerBus, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Connections that never open the bus keep no client out once they have had their time."""
+    """Connections that do not open the bus are closed after a time-out, for other clients."""
     idle = [Client(server) for _ in range(MAX_CLIENTS)]
     polled(server, lambda: server.clients == MAX_CLIENTS)
     with Client(server) as late:
@@ -116,17 +116,17 @@ def test_places_held_by_nobody_are_given_away(
 
 
 def test_one_poll_takes_no_more_than_a_portion(server: SocketcandServerBus) -> None:
-    """A client that floods is served in portions: it cannot keep the loop for itself."""
+    """A client that sends many frames is served in portions and cannot block the loop."""
     with Client(server).shake_hands() as client:
-        client.say(send_line(FRAME) * 1000)
+        client.send(send_line(FRAME) * 1000)
         polled(server, lambda: bool(server._inbox))
         assert len(server._inbox) <= READ_BYTES // len(send_line(FRAME)) + 1
 
 
-def test_a_client_that_stops_reading_loses_frames_and_nobody_else_does(
+def test_only_a_client_that_stops_reading_loses_frames(
     server: SocketcandServerBus,
 ) -> None:
-    """Its buffer is bounded, its losses are counted, and whole frames are lost, never parts."""
+    """Its buffer is bounded, its losses are counted, and only whole frames are lost."""
     with (
         Client(server, receive_buffer=4096).shake_hands() as stalled,
         Client(server).shake_hands() as witness,

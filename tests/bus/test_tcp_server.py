@@ -1,4 +1,4 @@
-"""What is true of the embedded TCP server: handshake, clients that come and go, limits."""
+"""The embedded TCP server: handshake, connecting and leaving clients, limits."""
 
 import socket
 import sys
@@ -21,13 +21,13 @@ SYNC_LINE = b"< send 80 0  >"
 
 @pytest.fixture
 def server() -> Iterator[SocketcandServerBus]:
-    """Yield a server on a free port, polled by nobody but the test."""
+    """Yield a server on a free port that only the test polls."""
     with SocketcandServerBus(port=0) as server:
         yield server
 
 
 def test_it_listens_on_this_machine_only_and_no_longer_than_open() -> None:
-    """The default address is the loopback; after shutdown nobody answers there."""
+    """The default address is the loopback; after shutdown the port is closed."""
     with SocketcandServerBus(port=0) as server:
         assert server.host == "127.0.0.1"
         Client(server).socket.close()
@@ -38,21 +38,21 @@ def test_it_listens_on_this_machine_only_and_no_longer_than_open() -> None:
 def test_no_frame_shares_a_segment_with_the_handshake(
     server: SocketcandServerBus, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A client that has just been told the last ok hears nothing more until it speaks."""
+    """After the last ok of the handshake a client receives no frame until it sends."""
     monkeypatch.setattr(tcp_connection, "HANDSHAKE_PAUSE_S", 3600.0)
     with Client(server).shake_hands() as client:
         for _ in range(10):
             server.send(SYNC)
             assert server.recv(0.001) is None
         assert client.heard() == b""
-        client.say(SYNC_LINE)
+        client.send(SYNC_LINE)
         assert client.hear(10).count(b"< frame 080 ") == 10
 
 
 def test_a_client_that_only_listens_is_not_kept_waiting(
     server: SocketcandServerBus, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What was held back arrives when the pause is over, though the client never speaks."""
+    """Frames held back arrive after the pause, even if the client never sends."""
     monkeypatch.setattr(tcp_connection, "HANDSHAKE_PAUSE_S", 0.001)
     with Client(server).shake_hands() as client:
         server.send(SYNC)
@@ -60,7 +60,7 @@ def test_a_client_that_only_listens_is_not_kept_waiting(
 
 
 def test_a_busy_bus_can_be_joined() -> None:
-    """Stock clients get through their handshake though frames are sent at every poll."""
+    """Stock clients complete the handshake while frames are sent at every poll."""
     wire = Wire({"interface": "socketcand_server", "port": 0})
 
     def busy_poll() -> None:
@@ -75,41 +75,41 @@ def test_a_busy_bus_can_be_joined() -> None:
         wire.close()
 
 
-def test_a_client_of_another_channel_is_told_so(server: SocketcandServerBus) -> None:
-    """The refusal names the channel there is, and the client may try again."""
+def test_a_client_of_another_channel_is_refused(server: SocketcandServerBus) -> None:
+    """The refusal names the existing channel, and the client may try again."""
     with Client(server) as client:
-        client.say(b"< open can7 >")
+        client.send(b"< open can7 >")
         assert b"error" in (text := client.hear(2))
         assert b"can0" in text
-        client.say(b"< rawmode >")
+        client.send(b"< rawmode >")
         assert b"error" in client.hear(1)
-        client.say(b"< open can0 >< rawmode >")
+        client.send(b"< open can0 >< rawmode >")
         assert client.hear(2) == b"< ok >< ok >"
         assert server.ignored == 2
 
 
-def test_frames_before_raw_mode_are_neither_told_nor_taken(server: SocketcandServerBus) -> None:
-    """Who has not finished the handshake is not on the bus."""
+def test_no_frames_are_exchanged_before_raw_mode(server: SocketcandServerBus) -> None:
+    """A client that has not finished the handshake is not on the bus."""
     with Client(server) as client:
         assert client.hear(1) == b"< hi >"
         server.send(SYNC)
-        client.say(b"< open can0 >" + SYNC_LINE + b"< echo >")
+        client.send(b"< open can0 >" + SYNC_LINE + b"< echo >")
         assert polled(server, lambda: client.heard().endswith(b"< echo >")) == []
         assert b"frame" not in client.heard()
 
 
 def test_clients_that_vanish_are_forgotten(server: SocketcandServerBus) -> None:
-    """Farewell or reset, before, during or after the handshake: those who stay lose nothing."""
+    """Closed or reset before, during or after the handshake: other clients lose no frames."""
     with Client(server).shake_hands() as witness:
-        witness.say(SYNC_LINE)
+        witness.send(SYNC_LINE)
         for leave in (lambda c: c.socket.close(), Client.reset):
             leave(Client(server))
             halfway = Client(server)
-            halfway.say(b"< open can0 >< raw")
+            halfway.send(b"< open can0 >< raw")
             halfway.hear(2)
             leave(halfway)
             talking = Client(server).shake_hands()
-            talking.say(SYNC_LINE + b"< send 12")
+            talking.send(SYNC_LINE + b"< send 12")
             leave(talking)
             for _ in range(20):
                 server.send(SYNC)
@@ -118,17 +118,17 @@ def test_clients_that_vanish_are_forgotten(server: SocketcandServerBus) -> None:
         assert server.dropped == 0
 
 
-def test_what_a_client_said_before_it_left_counts(server: SocketcandServerBus) -> None:
-    """A client may send and hang up at once, as a command-line tool does."""
+def test_frames_of_a_client_that_has_left_are_received(server: SocketcandServerBus) -> None:
+    """A client may send and disconnect at once, as a command-line tool does."""
     with Client(server).shake_hands() as client:
-        client.say(SYNC_LINE * 3)
+        client.send(SYNC_LINE * 3)
     assert polled(server, lambda: server.clients == 0) == [Frame(0x80)] * 3
 
 
 def test_there_is_room_for_a_stated_number_of_clients(
     server: SocketcandServerBus, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """One too many is told so and let go; when somebody leaves there is room again."""
+    """A client above the limit is refused; after another client leaves it can connect."""
     with ExitStack() as stack:
         clients = [stack.enter_context(Client(server).shake_hands()) for _ in range(MAX_CLIENTS)]
         with Client(server) as late:
@@ -143,14 +143,14 @@ def test_there_is_room_for_a_stated_number_of_clients(
 
 
 @pytest.mark.parametrize("beginning", [b"< hi >", b"GET / HTTP/1.1\r\n\r\n", b"?" * 10_000])
-def test_a_client_that_is_refused_hears_why(
+def test_a_refused_client_receives_the_reason(
     server: SocketcandServerBus, caplog: pytest.LogCaptureFixture, beginning: bytes
 ) -> None:
-    """In the protocol's own form, before the connection ends; the log says each reason once."""
+    """It receives an error message of the protocol; each reason is logged once."""
     reason = "no socketcand client: begin with open can0, then rawmode"
     for _ in range(2):
         with Client(server) as client:
-            client.say(beginning)
+            client.send(beginning)
             assert client.hear(2) == f"< hi >< error {reason} >".encode()
             assert client.socket.recv(1) == b""
     assert server.clients == 0
@@ -169,7 +169,7 @@ def test_a_client_that_is_refused_hears_why(
 def test_what_the_protocol_cannot_carry_is_refused(
     server: SocketcandServerBus, message: can.Message
 ) -> None:
-    """Remote and FD frames are not turned into something else."""
+    """Remote and FD frames are refused, not converted."""
     with pytest.raises(can.CanOperationError):
         server.send(message)
 
@@ -180,14 +180,14 @@ UNACKNOWLEDGED = 24
 
 @pytest.mark.skipif(not hasattr(socket, "TCP_QUICKACK"), reason="Linux only")
 def test_acknowledgements_stay_prompt(server: SocketcandServerBus) -> None:
-    """Nothing waits for its acknowledgement any longer than for the answer or the next look.
+    """Segments are acknowledged with the answer or at the next poll.
 
-    The kernel falls back to delayed ones in a dialogue. A client with Nagle's algorithm on waits
-    for that of one small segment before it sends the next: a delayed one costs it 40 ms.
+    The kernel switches to delayed acknowledgements in a dialogue. A client with Nagle's algorithm
+    waits for the acknowledgement of a small segment before it sends the next: a delay of 40 ms.
     """
     with Client(server).shake_hands() as client:
         for answered in [True, True, False, False] * 5:
-            client.say(SYNC_LINE)
+            client.send(SYNC_LINE)
             assert server.recv(PATIENCE_S) is not None
             if answered:
                 server.send(SYNC)
@@ -201,11 +201,11 @@ def test_acknowledgements_stay_prompt(server: SocketcandServerBus) -> None:
 def test_a_remote_frame_is_no_data_frame(
     server: SocketcandServerBus, caplog: pytest.LogCaptureFixture, length: int
 ) -> None:
-    """What a stock client makes of one reaches the owner as such, nobody else; one warning."""
+    """A remote frame of a stock client reaches only the owner, as a remote frame; one warning."""
     request = b"< send 185 %d  >" % length
     with Client(server).shake_hands() as asking, Client(server).shake_hands() as other:
         server.send(message_of(Frame(0x185, b"data")))
-        asking.say(request * 2 + b"< send 205 0  >")
+        asking.send(request * 2 + b"< send 205 0  >")
         arrived: list[Frame] = []
         while len(arrived) < 3:
             arrived += polled(server, iter([False, True]).__next__)
@@ -218,7 +218,7 @@ def test_a_remote_frame_is_no_data_frame(
 
 
 def test_an_error_frame_reaches_stock_clients() -> None:
-    """Its class is what python-can's client tells, as socketcand has it."""
+    """Python-can's client receives its class, as from socketcand."""
     wire = Wire({"interface": "socketcand_server", "port": 0})
     try:
         node = wire.join()
@@ -234,10 +234,10 @@ def test_an_error_frame_reaches_stock_clients() -> None:
 
 
 def test_a_sync_without_a_counter_stays_one(server: SocketcandServerBus) -> None:
-    """Who has produced SYNC with a counter hears a client's SYNC without one."""
+    """A SYNC of a client without a counter is received without data."""
     with Client(server).shake_hands() as client:
         server.send(message_of(Frame(0x080, b"\x01")))
-        client.say(b"< send 80 0  >")
+        client.send(b"< send 80 0  >")
         arrived: list[Frame] = []
         while not arrived:
             arrived = polled(server, iter([False, True]).__next__)

@@ -1,4 +1,4 @@
-"""A bus under test, and how stock python-can nodes join it."""
+"""A bus under test, and stock python-can nodes on it."""
 
 import re
 import time
@@ -23,7 +23,7 @@ class Wire:
         self._seen: list[Frame] = []
 
     def join(self) -> can.BusABC:
-        """Return a new stock node; polls the bus meanwhile, in case it is what serves the node."""
+        """Return a new stock node; polls the bus meanwhile, because the bus may serve the node."""
         with ThreadPoolExecutor(1) as pool:
             joining = pool.submit(lambda: can.Bus(**self._node_settings))
             while not joining.done():
@@ -32,18 +32,18 @@ class Wire:
         return self._nodes[-1]
 
     def poll(self) -> None:
-        """Keep the bus moving; what arrives stays for `arrived`."""
+        """Poll the bus; received frames are kept for `arrived`."""
         self._seen += self.bus.receive()
 
     def arrived(self, count: int) -> list[Frame]:
-        """Return the next `count` frames at the bus, or those that arrive at all."""
+        """Return the next `count` frames at the bus, or fewer after a time-out."""
         while len(self._seen) < count and self.bus.wait(PATIENCE_S):
             self.poll()
         frames, self._seen = self._seen[:count], self._seen[count:]
         return frames
 
     def read(self, node: can.BusABC, count: int) -> list[Frame]:
-        """Return the next `count` frames at a node, or those that arrive at all."""
+        """Return the next `count` frames at a node, or fewer after a time-out."""
         frames: list[Frame] = []
         deadline = time.monotonic() + PATIENCE_S
         while len(frames) < count and time.monotonic() < deadline:
@@ -54,7 +54,7 @@ class Wire:
         return frames
 
     def close(self) -> None:
-        """Let everybody leave the wire."""
+        """Close all nodes and the bus."""
         for node in self._nodes:
             node.shutdown()
         self.bus.close()
@@ -68,7 +68,7 @@ def stock_settings(client_command: str) -> dict[str, Any]:
 
 
 def message_of(frame: Frame) -> can.Message:
-    """Return a frame as stock nodes send it."""
+    """Return a frame as a message of stock nodes."""
     return can.Message(
         arbitration_id=frame.can_id,
         data=frame.data,
@@ -78,7 +78,7 @@ def message_of(frame: Frame) -> can.Message:
 
 
 def frame_of(message: can.Message) -> Frame:
-    """Return what a stock node received."""
+    """Return a message of a stock node as a frame."""
     return Frame(
         message.arbitration_id,
         bytes(message.data),

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import hil_emulator
-from hil_emulator.characterise.registry import known
+from hil_emulator.characterise.registry import bench_tests
 from hil_emulator.characterise.result import BenchResult
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.config.load import Configuration, load
@@ -45,7 +45,7 @@ def bench(reference: Configuration, kernel: Kernel) -> Callable[..., Bench]:
 @pytest.fixture(scope="session")
 def results(bench: Callable[..., Bench]) -> Callable[[str], BenchResult]:
     """Return a function that gives a procedure's result, performed at most once."""
-    procedures = {test.name: test for test in known()}
+    procedures = {test.name: test for test in bench_tests()}
     done: dict[str, BenchResult] = {}
 
     def result(name: str) -> BenchResult:

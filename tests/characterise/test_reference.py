@@ -9,7 +9,7 @@ import pytest
 from hil_emulator.characterise.figure import new_figure
 from hil_emulator.characterise.procedure import Procedure
 from hil_emulator.characterise.procedures import bulk_modulus
-from hil_emulator.characterise.registry import known
+from hil_emulator.characterise.registry import bench_tests
 from hil_emulator.characterise.result import Agreement, BenchResult
 from hil_emulator.characterise.stand import Bench
 
@@ -116,7 +116,7 @@ OUTRIGHT = {
 """Every number of S1 that is no parameter of the reference machine."""
 
 
-@pytest.fixture(scope="module", params=known(), ids=lambda test: test.name)
+@pytest.fixture(scope="module", params=bench_tests(), ids=lambda test: test.name)
 def performed(request: pytest.FixtureRequest, results: Results) -> tuple[Procedure, BenchResult]:
     """Return a procedure and what it found on the reference machine."""
     return request.param, results(request.param.name)

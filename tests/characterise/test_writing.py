@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from hil_emulator.characterise.registry import characterise, chosen, known
+from hil_emulator.characterise.registry import bench_tests, characterise, chosen
 from hil_emulator.characterise.result import Agreement, BenchResult, Comparison, grouped
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.config.load import Configuration
@@ -101,14 +101,14 @@ def test_an_unknown_test_is_refused_with_the_known_ones() -> None:
     """The message lists what there is."""
     with pytest.raises(UserError, match="valve-flow, pressure-gain"):
         chosen(["valve-flux"])
-    assert chosen(["all"]) == known()
+    assert chosen(["all"]) == bench_tests()
     assert [t.name for t in chosen(["sensors", "valve-flow"])] == ["valve-flow", "sensors"]
 
 
 def test_every_bench_test_has_a_place_of_its_own() -> None:
     """The page's order and the files' names are no matter of chance."""
-    assert len({(test.chapter, test.place) for test in known()}) == len(known())
-    assert len({test.name for test in known()}) == len(known())
+    assert len({(test.chapter, test.place) for test in bench_tests()}) == len(bench_tests())
+    assert len({test.name for test in bench_tests()}) == len(bench_tests())
 
 
 def test_a_folder_that_cannot_be_written_is_said(

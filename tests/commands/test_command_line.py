@@ -1,4 +1,4 @@
-"""The command line as a user meets it."""
+"""The command line as a user calls it."""
 
 import csv
 import json
@@ -24,7 +24,7 @@ Result = subprocess.CompletedProcess[str]
 
 
 def hil_emulator(*arguments: object, folder: Path | None = None) -> Result:
-    """Run a command in a process of its own."""
+    """Run a command in a new process."""
     command = [sys.executable, "-m", "hil_emulator", *map(str, arguments)]
     return subprocess.run(
         command, capture_output=True, text=True, timeout=600, cwd=folder, check=False
@@ -32,7 +32,7 @@ def hil_emulator(*arguments: object, folder: Path | None = None) -> Result:
 
 
 def output_of(*arguments: object) -> str:
-    """Return what a command says that does its work."""
+    """Return the output of a command that succeeds."""
     result = CliRunner().invoke(main, [*map(str, arguments)], catch_exceptions=False)
     assert result.exit_code == 0, result.output
     return result.stdout
@@ -70,7 +70,7 @@ def test_check_shows_binding_pdos_and_bus_load() -> None:
 def test_check_reports_what_is_odd_about_a_makers_file(
     tmp_path: Path, layer: Callable[[str], Path]
 ) -> None:
-    """Section, key and how it was taken; what holds its default; a bus too fast for the device."""
+    """It names section, key and reading, objects at their defaults, and a bus that is too fast."""
     text = shipped("eds/hydraulic_actuator.eds").read_text()
     eds = tmp_path / "odd.eds"
     eds.write_text(
@@ -78,17 +78,17 @@ def test_check_reports_what_is_odd_about_a_makers_file(
         .replace("BaudRate_500=1", "BaudRate_500=0")
     )  # fmt: skip
     over = layer(f'[bus]\nbitrate = 500000\n[[node]]\nid = 5\neds = "{eds}"')
-    said = output_of("check", REFERENCE, over)
-    assert "note: [2010] HighLimit: '?' is no INTEGER16; no limit\n" in said
+    output = output_of("check", REFERENCE, over)
+    assert "note: [2010] HighLimit: '?' is no INTEGER16; no limit\n" in output
     assert (
         "note: TPDO1 maps objects without a source, which hold their defaults: 0x2010:00 p\n"
-        in said
+        in output
     )
-    assert "odd.eds does not support 500 kbit/s\n" in said
+    assert "odd.eds does not support 500 kbit/s\n" in output
 
 
 def test_check_warns_of_what_will_not_run_well(layer: Callable[[str], Path]) -> None:
-    """A step too wide for the machine and a bus too slow for its PDOs are named with numbers."""
+    """The message gives numbers for a step too wide and for a bus too slow for its PDOs."""
     over = layer('[rig]\ntick = "1 ms"\nstep = "100 us"\n[bus]\nbitrate = 250000')
     text = output_of("check", REFERENCE, over)
     assert "step of 100 us is too wide for this actuator: pressure " in text
@@ -100,14 +100,14 @@ def test_check_warns_of_what_will_not_run_well(layer: Callable[[str], Path]) -> 
 def test_a_law_that_cannot_become_machine_code_is_named(
     tmp_path: Path, layer: Callable[[str], Path]
 ) -> None:
-    """File, line and what stands there; it is found out only when the model is compiled."""
+    """The message names file, line and code; the error shows when the model is compiled."""
     file = tmp_path / "own.py"
     file.write_text(
         "from hil_emulator.model.declare import Param, effect\n"
         "from hil_emulator.model.stages import friction\n\n\n"
         "def table(v):\n    return open('table.csv').read()\n\n\n"
         "@effect(friction, knob=Param('level', 'N', 'force', 1.0, 0.0, 9.0), source='assumed',\n"
-        "        signature='none')\n"
+        "        signature='test')\n"
         "def own_drag(velocity: float, level: float) -> float:\n"
         "    'F = T(v).'\n    return level * table(velocity)\n\n\nEFFECTS = (own_drag,)\n"
     )
@@ -117,7 +117,7 @@ def test_a_law_that_cannot_become_machine_code_is_named(
 
 
 def test_without_a_file_the_machines_of_the_package_are_named() -> None:
-    """Which there are, what they are, and how to come by one's own; a name is as good as a path."""
+    """The message lists them and explains how to write one; a name serves as a path."""
     message = refused("run")
     assert "hyq_knee       The knee cylinder of the hydraulic quadruped HyQ" in message
     assert "hil-emulator init" in message
@@ -130,8 +130,8 @@ def test_without_a_file_the_machines_of_the_package_are_named() -> None:
 
 def test_the_schema_is_written_for_editors(tmp_path: Path) -> None:
     """One JSON file, and the line with which a configuration names it."""
-    said = hil_emulator("schema", "--out", "s.json", folder=tmp_path).stdout
-    assert '"#:schema ./s.json"' in said
+    output = hil_emulator("schema", "--out", "s.json", folder=tmp_path).stdout
+    assert '"#:schema ./s.json"' in output
     assert "valve" in json.loads((tmp_path / "s.json").read_text())["properties"]
     assert "actuator" in json.loads(output_of("schema", "machine"))["properties"]
 
@@ -157,8 +157,8 @@ def test_demo_passes_and_draws(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_bench_tells_what_the_machine_achieves() -> None:
-    """The JSON has every promised number, each of a size that time can have."""
+def test_bench_reports_the_speed_of_this_computer() -> None:
+    """The JSON has every documented number, each of a plausible size."""
     speeds = json.loads(hil_emulator("bench", "--duration", "0.2 s", "--json").stdout)
     assert speeds["tick_us"]["p50"] <= speeds["tick_us"]["p99"]
     assert 0 < speeds["recording_us"]["p50"] <= speeds["recording_us"]["p99"]
@@ -175,8 +175,8 @@ def test_bench_tells_what_the_machine_achieves() -> None:
 
 
 @pytest.mark.slow
-def test_bench_tells_what_each_effect_costs() -> None:
-    """Every effect of the plant that the reference machine leaves off, the dearest first."""
+def test_bench_reports_the_time_of_each_effect() -> None:
+    """Every effect of the plant that is off in the reference machine, the slowest first."""
     costs = json.loads(hil_emulator("bench", "--effects", "--json").stdout)
     names = {cost["effect"] for cost in costs}
     assert {"cushion_plunger", "lap_sa", "pump_friction", "cylinder_lines"} <= names
@@ -186,13 +186,13 @@ def test_bench_tells_what_each_effect_costs() -> None:
 
 
 @pytest.mark.slow
-def test_bench_tells_how_long_it_takes_to_find_an_effect() -> None:
-    """Both searches end, and the numbers are of a size that time and memory can have."""
-    found = json.loads(hil_emulator("bench", "--identify", "7 s", "--json").stdout)
-    assert found["data_s"] == 7.0
-    assert found["jobs"] >= 2
-    assert min(found["alone_s"], found["shared_s"]) > 0.0
-    assert min(found["alone_mb"], found["shared_mb"]) > 50.0
+def test_bench_reports_the_duration_of_an_identification() -> None:
+    """Both searches end, and time and memory are of a plausible size."""
+    times = json.loads(hil_emulator("bench", "--identify", "7 s", "--json").stdout)
+    assert times["data_s"] == 7.0
+    assert times["jobs"] >= 2
+    assert min(times["alone_s"], times["shared_s"]) > 0.0
+    assert min(times["alone_mb"], times["shared_mb"]) > 50.0
 
 
 @pytest.mark.slow
@@ -219,8 +219,8 @@ def test_run_records_what_it_did(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("ends", ["off", "1e8 N/m"])
-def test_a_rod_that_leaves_its_stroke_is_told(ends: str, layer: Callable[[str], Path]) -> None:
-    """Pulled by its load a rod without stops goes on, which the summary says; stops hold it."""
+def test_a_rod_that_leaves_its_stroke_is_reported(ends: str, layer: Callable[[str], Path]) -> None:
+    """The summary reports a rod without stops that leaves its stroke; stops hold the rod."""
     over = layer(f'[cylinder]\nend_stops = "{ends}"\n[load]\ngravity = "-5000 N"\n'
                  '[initial]\nposition = "79 mm"')  # fmt: skip
     text = hil_emulator("run", REFERENCE, over, "--bus", "virtual:t", "--clock", "lockstep",
@@ -232,9 +232,9 @@ def test_a_rod_that_leaves_its_stroke_is_told(ends: str, layer: Callable[[str], 
 def test_a_leg_of_two_actuators_runs_on_two_buses(
     layer: Callable[[str], Path], tmp_path: Path
 ) -> None:
-    """Every node and bus is named, both actuators' heartbeats are on their way; one supply fails.
+    """Every node and bus is named, both actuators send heartbeats, and one supply fails.
 
-    What befalls the supply befalls both, is in both recordings, and neither replays alone.
+    A fault of the supply acts on both, is in both recordings, and neither replays alone.
     """
     text = shipped("configs/hyq_leg.toml").read_text()
     leg = layer(
@@ -294,7 +294,7 @@ def test_each_actuator_of_a_machine_is_recorded_and_can_break(
 
 def test_bad_input_ends_with_one_message(layer: Callable[[str], Path], tmp_path: Path) -> None:
     """Wrong files, keys, units, buses and options: what, where, what to do, exit code 2."""
-    assert "no such file" in refused("run", tmp_path / "none.toml")
+    assert "no such file" in refused("run", tmp_path / "missing.toml")
     assert 'did you mean "stroke"' in refused(
         "check", REFERENCE, layer('[cylinder]\nstrok = "1 m"')
     )
@@ -311,7 +311,7 @@ def test_bad_input_ends_with_one_message(layer: Callable[[str], Path], tmp_path:
 
 
 def test_a_port_in_use_is_named(layer: Callable[[str], Path]) -> None:
-    """Where another program listens already, the message says which port and what to do."""
+    """If another program uses the port, the message names the port and the remedy."""
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
@@ -321,13 +321,13 @@ def test_a_port_in_use_is_named(layer: Callable[[str], Path]) -> None:
 
 
 def test_a_kernel_without_can_is_named() -> None:
-    """An interface that is not there ends with what to do about it."""
+    """The message for a missing interface ends with the remedy."""
     message = refused("run", REFERENCE, "--bus", "socketcan:nocan7", "--duration", "1 s")
     assert "SocketCAN" in message or "nocan7" in message
 
 
 def test_a_value_may_be_negative() -> None:
-    """`-0.5 mA` is what to set, not an option."""
+    """`-0.5 mA` is read as a value and not as an option."""
     text = refused("ctl", "set", "valve_current", "-0.5 mA", "--port", "1")
     assert "no emulator answers at port 1" in text
 
@@ -338,7 +338,7 @@ def test_a_value_may_be_negative() -> None:
      "experiment steps --out", "export-fmu hyq_knee --out", "schema --out"],
 )  # fmt: skip
 def test_a_file_in_a_folder_that_is_not_there_is_refused_before_the_work(words: str) -> None:
-    """Nobody waits for a demonstration to learn that its picture has no place."""
+    """The error for a picture's missing folder comes before the demonstration runs."""
     text = refused(*words.split(), "/nowhere/made")
     assert "/nowhere/made: the folder /nowhere does not exist; make it first" in text
     assert "reparing" not in text
@@ -346,7 +346,7 @@ def test_a_file_in_a_folder_that_is_not_there_is_refused_before_the_work(words: 
 
 @pytest.mark.parametrize("words", ["check", "linear", "effects", "replay", "plot"])
 def test_a_folder_in_place_of_a_file_is_refused(words: str, tmp_path: Path) -> None:
-    """So is one that is nowhere: one message that names it."""
+    """A path that does not exist is refused too; one message names it."""
     folder = tmp_path / "folder.toml"
     folder.mkdir()
     assert f"{folder}: " in refused(*words.split(), folder)
@@ -355,13 +355,13 @@ def test_a_folder_in_place_of_a_file_is_refused(words: str, tmp_path: Path) -> N
 
 @pytest.mark.parametrize("command", ["linear hyq_knee", "demo", "plot made.rec position"])
 def test_a_picture_of_no_format_is_refused_before_the_work(command: str) -> None:
-    """The message lists the endings that there are."""
+    """The message lists the available endings."""
     text = refused(*command.split(), "--picture", "made.foo")
     assert "made.foo: no format of a picture has this ending; take one of " in text
     assert ".png, " in text
 
 
-def test_a_missing_eds_is_told_in_one_line() -> None:
-    """The conformance suite does not begin, and no report stands around the reason."""
-    text = refused("conformance", "--eds", "missing.eds", "--can", "virtual:nobody", "--node", 5)
+def test_a_missing_eds_is_reported_in_one_line() -> None:
+    """The conformance suite does not start, and the message is printed without a report."""
+    text = refused("conformance", "--eds", "missing.eds", "--can", "virtual:empty", "--node", 5)
     assert text == "hil-emulator: cannot read the EDS missing.eds: No such file or directory\n"

@@ -1,4 +1,4 @@
-"""What a stranger meets in the first minutes: words that are true, and exit codes that tell."""
+"""Messages and exit codes that a new user meets in the first minutes."""
 
 import re
 import shlex
@@ -30,41 +30,41 @@ START = bytes([1, 0])
 
 
 def answer(*words: str) -> tuple[int, str]:
-    """Return the exit code of a command and all that it says."""
+    """Return exit code and output of a command."""
     done = CliRunner().invoke(main, list(words))
     return done.exit_code, done.output
 
 
-def test_ready_is_said_when_the_first_frame_is_out() -> None:
-    """One tick in lock-step: the boot-up message has gone out before the word."""
+def test_ready_is_printed_after_the_first_frame() -> None:
+    """In lock-step, one tick sends the boot-up message before "ready" is printed."""
     command = [sys.executable, "-m", "hil_emulator", "run", "hyq_knee", "--port", "0"]
     command += ["--clock", "lockstep", "--duration", "1 ms", "--fault", "supply droop"]
-    said = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
-    assert said.index(READY) < said.index(next(x for x in said if x.startswith("frames")))
-    assert "0 in, 1 out" in said[-1]
-    assert "fault     supply droop, drop 40 bar (usual)" in said
+    lines = subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines()
+    assert lines.index(READY) < lines.index(next(x for x in lines if x.startswith("frames")))
+    assert "0 in, 1 out" in lines[-1]
+    assert "fault     supply droop, drop 40 bar (usual)" in lines
 
 
 def test_a_port_is_for_a_bus_that_listens() -> None:
-    """`--port` replaces the configured one, and is refused where nothing listens."""
+    """`--port` replaces the configured port, and is refused for a bus without a TCP port."""
     assert bus_settings(KNEE, None, 4000)["port"] == 4000
     with pytest.raises(UserError, match="socketcan listens on no TCP port"):
         bus_settings(KNEE, "socketcan:vcan0", 4000)
 
 
-def test_a_fault_tells_its_values_said_or_not() -> None:
-    """What nobody said is marked as the usual value, in the unit of its channel."""
+def test_a_fault_reports_its_values_given_or_usual() -> None:
+    """A value that is not given is marked as usual, in the unit of its channel."""
     assert spoken("supply droop").words == "supply droop, drop 40 bar (usual)"
     assert spoken("supply droop drop='60 bar' start='1 s'").words == (
         "supply droop, drop 60 bar, start 1 s"
     )
     assert spoken("pressure_a offset").words == "pressure_a offset, value 25 bar (usual)"
-    code, said = answer("faults")
+    code, output = answer("faults")
     assert code == 0
-    assert "drop = 40 bar" in said
+    assert "drop = 40 bar" in output
 
 
-def test_a_set_point_says_that_it_waits() -> None:
+def test_a_set_point_reports_that_it_waits() -> None:
     """Before OPERATIONAL it waits for the NMT start, and is in force from then on."""
     from hil_emulator.bus.bus import Bus
     from hil_emulator.frame import Frame
@@ -81,8 +81,8 @@ def test_a_set_point_says_that_it_waits() -> None:
         assert emulator.rig.set("valve_current", 2e-3) == ""
 
 
-def test_an_early_start_is_told() -> None:
-    """No node hears an NMT command before its boot-up message: the emulator says so."""
+def test_an_early_start_causes_a_warning() -> None:
+    """A node receives no NMT command before its boot-up message: the emulator warns of one."""
     from hil_emulator.bus.bus import Bus
     from hil_emulator.frame import Frame
 
@@ -92,46 +92,46 @@ def test_an_early_start_is_told() -> None:
             emulator.tick()
 
 
-def test_what_was_broken_stays_in_the_report_of_a_failing_test(tmp_path: Path) -> None:
+def test_a_fault_stays_in_the_report_of_a_failing_test(tmp_path: Path) -> None:
     """A `with` block has ended its fault when the test fails; the report has both moments."""
     with Emulator(KNEE) as emulator:
         with emulator.fault("pressure_a", "stuck"):
             emulator.run_for("3 ms")
-        told = report(emulator, "test", tmp_path / "x.rec")
-    assert "0.000 s  pressure_a stuck" in told
-    assert "0.003 s  pressure_a stuck ended" in told
+        text = report(emulator, "test", tmp_path / "x.rec")
+    assert "0.000 s  pressure_a stuck" in text
+    assert "0.003 s  pressure_a stuck ended" in text
 
 
-def test_a_marker_with_a_wrong_file_says_where_it_was_looked_for(
+def test_a_marker_with_a_wrong_file_reports_the_searched_folder(
     pytester: pytest.Pytester,
 ) -> None:
-    """The package is not blamed for a file that is missing beside the test."""
+    """The message for a missing file in the test's folder does not suggest an installation."""
     pytester.makepyfile("""
         import pytest
         @pytest.mark.emulator("nofile.toml")
         def test_x(emulator): pass
     """)
-    said = pytester.runpytest_subprocess("-q").stdout.str()
-    assert "nofile.toml: no such file next to the test" in said
-    assert "install" not in said
+    output = pytester.runpytest_subprocess("-q").stdout.str()
+    assert "nofile.toml: no such file next to the test" in output
+    assert "install" not in output
 
 
 def test_a_scenario_that_cannot_run_is_not_one_that_failed(tmp_path: Path) -> None:
-    """Exit code 2 and the nearest key."""
+    """The exit code is 2, and the message suggests the nearest key."""
     file = tmp_path / "s.toml"
     file.write_text(
         'title = "x"\nconfig = ["x.toml"]\nduraton = "1 s"\n[[step]]\nat = "1 s"\n'
         '[[expect]]\nsignal = "position"\nwithin = ["0 m", "1 m"]\nuntill = "1 s"\n'
     )
-    code, said = answer("scenario", str(file), "--jobs", "1")
+    code, output = answer("scenario", str(file), "--jobs", "1")
     assert code == 2
-    assert "duraton: no such key, did you mean 'duration'" in said
-    assert "expect.0.untill: no such key, did you mean 'until'" in said
-    assert answer("scenario", str(tmp_path / "none.toml"))[0] == 2
+    assert "duraton: no such key, did you mean 'duration'" in output
+    assert "expect.0.untill: no such key, did you mean 'until'" in output
+    assert answer("scenario", str(tmp_path / "missing.toml"))[0] == 2
 
 
-def test_conformance_looks_where_run_listens() -> None:
-    """Without options the device is sought on the port of `run`; options still choose another."""
+def test_conformance_uses_the_port_of_run_by_default() -> None:
+    """Without options the suite connects to the port of `run`; options select another."""
     default = {p.name: p.default for p in main.commands["conformance"].params}["can"]
     assert device_bus(default, []) == {
         "interface": "socketcand", "channel": "can0", "host": "127.0.0.1",
@@ -141,37 +141,37 @@ def test_conformance_looks_where_run_listens() -> None:
 
 
 def test_ctrl_c_ends_with_the_code_of_a_shell(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One word, and 130: neither "Aborted!" nor the code of a failure."""
+    """The output is one word and the code 130, not "Aborted!" and the code of a failure."""
 
     def interrupted(*given: object) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr("hil_emulator.commands.bench.bench", interrupted)
-    code, said = answer("bench")
+    code, output = answer("bench")
     assert code == INTERRUPTED
-    assert said == "hil-emulator: interrupted\n"
+    assert output == "hil-emulator: interrupted\n"
 
 
 def test_an_unexpected_end_of_data_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Not "Aborted!", which click prints for it as for Ctrl-C."""
+    """The output is not "Aborted!", which click prints for it as for Ctrl-C."""
 
     def cut_off(*given: object) -> None:
         raise EOFError("Ran out of input")
 
     monkeypatch.setattr("hil_emulator.commands.bench.bench", cut_off)
-    code, said = answer("bench")
+    code, output = answer("bench")
     assert code == 2
-    assert said.startswith("hil-emulator: data ended too early; a file was cut off")
-    assert said.endswith("Ran out of input\n")
+    assert output.startswith("hil-emulator: data ended too early; a file was cut off")
+    assert output.endswith("Ran out of input\n")
 
 
 def test_effects_of_a_configuration_are_listed(tmp_path: Path) -> None:
-    """The catalogue, and what the configuration's own files add."""
+    """The list has the catalogue and the effects of the configuration's files."""
     (tmp_path / "own.py").write_text(
         "from hil_emulator.model.declare import Param, effect\n"
         "from hil_emulator.model.stages import friction\n"
         "@effect(friction, knob=Param('level', 'N', 'force', 1.0, 0.0, 9.0), source='assumed',\n"
-        "        signature='none')\n"
+        "        signature='test')\n"
         "def own_drag(velocity: float, level: float) -> float:\n"
         "    'F = c v.'\n    return level * velocity\n\n\nEFFECTS = (own_drag,)\n"
     )
@@ -180,29 +180,29 @@ def test_effects_of_a_configuration_are_listed(tmp_path: Path) -> None:
     assert "own_drag" not in answer("effects")[1]
 
 
-def test_identify_tells_no_answer_from_an_answer(tmp_path: Path) -> None:
+def test_no_answer_has_its_exit_code(tmp_path: Path) -> None:
     """Data in which nothing moves cannot be examined: exit code 3."""
     time_s = np.arange(2000) * 1e-3
     rows = np.column_stack([time_s, np.zeros(2000), 1e-9 * np.sin(time_s)])
     file = tmp_path / "still.csv"
     np.savetxt(file, rows, delimiter=",", header="time [s],valve_current [A],position [m]",
                comments="")  # fmt: skip
-    code, said = answer("gap", "hyq_knee", str(file))
-    assert (code, "cannot_examine" in said) == (3, True), said
+    code, output = answer("gap", "hyq_knee", str(file))
+    assert (code, "cannot_examine" in output) == (3, True), output
 
 
 @pytest.mark.parametrize("name", sorted(main.commands))
 def test_every_help_begins_with_an_example_that_is_understood(name: str) -> None:
-    """Its options are known, and packaged names are there."""
+    """The options of the example exist, and so do its packaged names."""
     example = EXAMPLES[name]
     assert answer(name, "--help")[1].partition("\n\n")[2].startswith(f"Example: {example}\n")
     if name != "completion":  # that one is evaluated by the shell
-        _, said, *arguments = shlex.split(example)
-        assert main.commands[said].make_context(said, arguments)
+        _, command, *arguments = shlex.split(example)
+        assert main.commands[command].make_context(command, arguments)
 
 
 def test_the_list_of_commands_is_not_cut_off() -> None:
-    """Each command by its whole first sentence, however narrow the terminal, and once."""
+    """Each command is listed once by its whole first sentence, in a terminal of any width."""
     listed = answer("--help")[1].partition("Run and connect:")[2]
     assert "...\n" not in listed
     assert sorted(re.findall(r"^  (\S+)", listed, re.M)) == sorted(main.commands)
@@ -219,14 +219,14 @@ def test_the_list_of_commands_is_not_cut_off() -> None:
     ],
 )
 def test_a_wrong_name_gets_a_suggestion(words: list[str], suggestion: str) -> None:
-    """Of a command, a machine, a scenario, a signal and a fault's target."""
+    """It is given for a command, a machine, a scenario, a signal and a fault's target."""
     code, text = answer(*words)
     assert (code, f"did you mean '{suggestion}'?" in " ".join(text.split())) == (2, True), text
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
 def test_a_shell_completes_names(shell: str) -> None:
-    """The script names the program; asked as the script asks, packaged machines are offered."""
+    """The script names the program, and its query returns the packaged machines."""
     assert "_HIL_EMULATOR_COMPLETE" in answer("completion", shell)[1]
     words = {"_HIL_EMULATOR_COMPLETE": "bash_complete", "COMP_WORDS": "hil-emulator run hyq_k",
              "COMP_CWORD": "2"}  # fmt: skip

@@ -103,9 +103,9 @@ def test_a_dead_band_is_left_out_at_rest_and_kept_in_motion(tmp_path: Path) -> N
 
 
 def test_a_number_that_rests_on_a_default_is_marked(tmp_path: Path) -> None:
-    """What leaks through the lands is laminar: its pole rests on the edges' Reynolds number.
+    """Leakage through the lands is laminar: its pole depends on the edges' Reynolds number.
 
-    A file that states the number takes its mark away; flow gain and stiffness rest on no default.
+    A file with the number removes the mark; flow gain and stiffness depend on no default.
     """
     field = "valve_critical_reynolds_number"
     marks = json.loads(linear("--json")[1])["rests_on_assumed"]
@@ -124,7 +124,7 @@ def test_a_spool_of_two_to_one_has_half_the_gain_at_port_b(tmp_path: Path) -> No
     unlike = 'gain_sb = "-50 %"\ngain_bt = "-50 %"\nlap_sb = "-20 %"\nlap_bt = "-20 %"\n'
     file.write_text(f'[valve]\noverlap = "20 %"\n{unlike}', encoding="utf-8")
     content = json.loads(linear("--json", str(file))[1])
-    # at rest no oil but what leaks passes: much would, were an edge open at null by its lap
+    # at rest only leakage passes: far more would if an edge were open at null by its lap
     at, k = content["operating_point"], content["zero_lap"]
     assert at["supply_flow"] < 1e-6
     roots = math.sqrt(at["pressure_b"] - 1e5), math.sqrt(160e5 - at["pressure_a"])

@@ -61,7 +61,7 @@ WRITTEN = [
 
 
 def precious(file: Path) -> Callable[[], bool]:
-    """Make a file that was here before; return a check that it is unchanged."""
+    """Make a file that exists before the command; return a check that it is unchanged."""
     file.write_text("mine")
     return lambda: file.read_text() == "mine"
 
@@ -87,7 +87,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_a_file_of_the_user_is_kept(
     folder: Path, words: str, name: str, made: Callable[[Path], Callable[[], bool]]
 ) -> None:
-    """The message names it and the way out, the exit code is 2, and nothing else is written."""
+    """The message names it and the remedy, the exit code is 2, and nothing else is written."""
     file = Path(name)
     file.parent.mkdir(exist_ok=True)
     as_it_was = made(file)
@@ -103,7 +103,7 @@ def test_a_file_of_the_user_is_kept(
 
 
 def test_every_command_that_writes_can_overwrite() -> None:
-    """And only those: the option is on each command that has an output."""
+    """The option is on each command that has an output, and on no other."""
     for name, command in main.commands.items():
         outputs = [p for p in command.params if isinstance(p.type, Output)]
         options = [p.name for p in command.params]
@@ -147,10 +147,8 @@ def test_two_outputs_of_one_command_have_two_names(folder: Path) -> None:
     assert not list(folder.iterdir())
 
 
-def test_a_failed_init_leaves_nothing_to_stumble_over(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A machine that cannot be integrated: the next try finds an empty folder, and succeeds."""
+def test_a_failed_init_leaves_no_files(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """After a machine that cannot be integrated, the next try starts in an empty folder."""
 
     def too_stiff(file: Path) -> float:
         assert file.with_suffix(".eds").is_file()
@@ -169,8 +167,8 @@ def test_a_failed_init_leaves_nothing_to_stumble_over(
     }  # fmt: skip
 
 
-def test_a_failed_hide_leaves_nothing_to_stumble_over(folder: Path) -> None:
-    """An effect that does not exist is found out after the configuration was copied."""
+def test_a_failed_hide_leaves_no_files(folder: Path) -> None:
+    """The error for an unknown effect comes after the configuration was copied."""
     with pytest.raises(UserError, match="no_such_effect"):
         hide(["no_such_effect"], ["medium"], [], 1, False, 0.1, folder / "ground")
     assert not list(folder.iterdir())
@@ -212,7 +210,7 @@ def test_two_scenarios_of_one_name_are_not_recorded_in_one_file(folder: Path) ->
 def test_the_panel_records_over_nothing(
     folder: Path, wanted: str, existing: str, made: Callable[[Path], Callable[[], bool]]
 ) -> None:
-    """Neither over a file, nor over what comes with it, nor through a link."""
+    """It replaces neither a file nor its companions, and follows no link."""
     as_it_was = made(Path(existing))
     with pytest.raises(UserError, match=existing):
         PanelRecorder(Path(wanted), {"columns": {"time": "s"}})

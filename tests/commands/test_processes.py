@@ -1,4 +1,4 @@
-"""Actuators that share nothing run in processes of their own; nobody sees it but the clock."""
+"""Actuators that share nothing run in separate processes, with the same results."""
 
 import os
 import signal
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.skipif(not can_fork(), reason="one process on this syst
 
 @pytest.fixture
 def pair(tmp_path: Path) -> Path:
-    """Return a machine of two actuators, each with a bus on a TCP port of its own."""
+    """Return a machine of two actuators, each with a bus on a separate TCP port."""
     text = "".join(
         f'[buses.{name}]\ninterface = "socketcand_server"\nchannel = "can0"\nport = 0\n'
         f'[[actuator]]\nname = "{name}"\nfiles = ["{KNEE}"]\nbus = "{name}"\n'
@@ -44,14 +44,14 @@ def finished(*words: object) -> subprocess.CompletedProcess[str]:
 
 @contextmanager
 def running(*words: object) -> Iterator[tuple["subprocess.Popen[str]", list[str]]]:
-    """Yield a run that is ready, and what it has said so far; it is ended at the end."""
+    """Yield a run that is ready and the lines that it has printed; it is ended at the end."""
     process = subprocess.Popen(
         [*COMMAND, *map(str, words)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
     assert process.stdout
-    said = list(iter(process.stdout.readline, "ready\n"))
+    lines = list(iter(process.stdout.readline, "ready\n"))
     try:
-        yield process, said
+        yield process, lines
     finally:
         process.terminate()
         process.communicate(timeout=60)
@@ -87,9 +87,9 @@ def test_recordings_are_those_of_one_process(pair: Path, tmp_path: Path) -> None
 
 
 def test_every_bus_is_served_and_one_signal_ends_all(pair: Path) -> None:
-    """A client on either bus hears its node's heartbeat; SIGTERM ends both parts in good order."""
-    with running(pair, "--processes", 2) as (process, said):
-        ports = [line.rsplit(":", 1)[1] for line in said if line.startswith("bus ")]
+    """A client on either bus receives its node's heartbeat; SIGTERM ends both parts in order."""
+    with running(pair, "--processes", 2) as (process, lines):
+        ports = [line.rsplit(":", 1)[1] for line in lines if line.startswith("bus ")]
         assert len(ports) == 2
         for port in ports:
             with can.Bus(interface="socketcand", host="127.0.0.1", port=int(port),
@@ -106,7 +106,7 @@ def test_every_bus_is_served_and_one_signal_ends_all(pair: Path) -> None:
 
 
 def test_a_part_that_cannot_begin_ends_all_with_one_message(pair: Path) -> None:
-    """A port that is taken: what, where and what to do, exit code 2; nothing stays behind."""
+    """A port in use causes one message and exit code 2; no process stays behind."""
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))
         taken.listen()
@@ -140,8 +140,8 @@ def test_a_part_whose_recording_fails_goes_on(pair: Path, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("victim", ["a worker", "the foreman"])
-def test_none_outlives_the_others(pair: Path, victim: str) -> None:
-    """A worker that is killed is missed and the run ends; killed itself, it leaves no worker."""
+def test_no_process_outlives_the_others(pair: Path, victim: str) -> None:
+    """The run ends after a worker was killed; if it is killed itself, it leaves no worker."""
     with running(pair, "--processes", 2) as (process, _):
         workers = workers_of(process)
         os.kill(workers[0] if victim == "a worker" else process.pid, signal.SIGKILL)

@@ -1,4 +1,4 @@
-"""Who waits is told for how long still."""
+"""The display of the time left while a command works."""
 
 import io
 import re
@@ -17,14 +17,14 @@ from hil_emulator.commands.waiting import compilation_of, left, waiting
 
 @pytest.fixture(autouse=True)
 def _quick(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Remember in a folder of its own, and speak soon."""
+    """Store past times in a separate folder, and print early."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "kernels"))
     monkeypatch.setattr(module, "SILENT", 0.02)
     monkeypatch.setattr(module, "_EVERY", {True: 0.02, False: 0.02})
 
 
 def first_line(what: str, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Return what is said of some work that lasts until something is."""
+    """Return the first line that is printed during a job."""
     monkeypatch.setattr(sys, "stderr", io.StringIO())
     with waiting(what):
         deadline = time.monotonic() + 30.0
@@ -33,8 +33,8 @@ def first_line(what: str, monkeypatch: pytest.MonkeyPatch) -> str:
     return sys.stderr.getvalue()
 
 
-def test_the_second_time_tells_what_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
-    """At first nobody knows; then the last time is what is usual."""
+def test_the_second_run_shows_the_time_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At first the time is unknown; then the last time is the usual one."""
     assert "s, time left unknown: first time on this machine\n" in first_line("work", monkeypatch)
     assert 0.0 < recall("work").work < 60.0
     remember("work", 1e6, 0.0)
@@ -43,10 +43,10 @@ def test_the_second_time_tells_what_is_left(monkeypatch: pytest.MonkeyPatch) -> 
     )
 
 
-def test_what_is_over_at_once_says_nothing(
+def test_a_short_job_prints_nothing(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Nor is it remembered."""
+    """Its time is not stored either."""
     monkeypatch.setattr(module, "SILENT", 60.0)
     with waiting("work"):
         pass
@@ -61,16 +61,16 @@ def test_a_program_that_reads_is_not_disturbed(capsys: pytest.CaptureFixture[str
     assert capsys.readouterr() == ("", "")
 
 
-def test_what_is_said_meanwhile_has_a_line_of_its_own(capsys: pytest.CaptureFixture[str]) -> None:
-    """On stderr, so that stdout holds the result alone."""
+def test_a_report_meanwhile_has_its_line(capsys: pytest.CaptureFixture[str]) -> None:
+    """The line goes to stderr, so that stdout holds the result alone."""
     with waiting("work") as progress:
         progress.report("half of it")
     out, err = capsys.readouterr()
     assert (out, "half of it\n" in err) == ("", True)
 
 
-def test_compiling_is_told_apart_from_work() -> None:
-    """The time in which numba compiles, the functions inside of others counted once."""
+def test_compiling_is_separated_from_work() -> None:
+    """It is the time in which numba compiles; inner functions are counted once."""
     heard = RecordingListener()
     begin = time.time()
     with install_listener("numba:compile", heard):
@@ -82,7 +82,7 @@ def test_compiling_is_told_apart_from_work() -> None:
     assert compilation_of(heard)[1]
 
 
-def test_compilation_is_known_after_a_start_without_it() -> None:
+def test_the_time_of_compilation_is_kept_after_a_start_without_it() -> None:
     """It is due again when a model or this package changes."""
     remember("work", 10.0, 30.0)
     remember("work", 11.0, 0.0)
@@ -93,7 +93,7 @@ def test_compilation_is_known_after_a_start_without_it() -> None:
 
 
 def test_a_longer_log_is_another_job(tmp_path: Path) -> None:
-    """Its name and size tell."""
+    """A job is known by name and size of its log."""
     log = tmp_path / "log.csv"
     log.write_text("1\n")
     short = job("gap", [log])
@@ -102,8 +102,8 @@ def test_a_longer_log_is_another_job(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "[]", '{"work": 3}', '{"work": ["x", "y"]}', "{"])
-def test_a_damaged_memory_is_none(text: str, tmp_path: Path) -> None:
-    """What was remembered is a comfort: nobody has to mend it."""
+def test_a_damaged_file_of_past_times_is_ignored(text: str, tmp_path: Path) -> None:
+    """Past times are optional: a damaged file is replaced without an error."""
     (tmp_path / "kernels").mkdir()
     (tmp_path / "kernels" / NAME).write_text(text)
     assert recall("work") == Usual()
@@ -111,6 +111,6 @@ def test_a_damaged_memory_is_none(text: str, tmp_path: Path) -> None:
     assert recall("work") == Usual(3.0)
 
 
-def test_more_than_usual_is_said() -> None:
-    """A time that has passed is no promise."""
+def test_more_than_usual_is_reported() -> None:
+    """The text names a time that is longer than the last one."""
     assert left(5.0, 3.0) == "5 s, longer than the 3 s of last time"

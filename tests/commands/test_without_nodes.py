@@ -1,4 +1,4 @@
-"""A bench that only measures has no device on a bus, and its configuration describes none."""
+"""A bench that only measures has no device on a bus and no node in its configuration."""
 
 import re
 from pathlib import Path
@@ -31,7 +31,7 @@ def asked(*arguments: object) -> tuple[int, str]:
     pytest.param(("characterise", "leakage", "--out", "pages"), marks=pytest.mark.slow),
     ("hide", "nothing", "--duration", "0.8 s", "--out", "practice"),
 ])  # fmt: skip
-def test_what_needs_no_bus_needs_no_node(
+def test_commands_without_a_bus_need_no_node(
     bench: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...]
 ) -> None:
     """Linear model, stimuli, bench tests and practice data concern the plant alone."""
@@ -41,8 +41,8 @@ def test_what_needs_no_bus_needs_no_node(
     assert code == 0, output
 
 
-def test_what_goes_on_a_bus_asks_for_a_node(bench: Path, tmp_path: Path) -> None:
-    """One message says what is missing and how it is written; nothing is left over."""
+def test_commands_on_a_bus_require_a_node(bench: Path, tmp_path: Path) -> None:
+    """One message names the missing part and its syntax; no file is left over."""
     scenario = tmp_path / "play.toml"
     scenario.write_text('title = "x"\nconfig = ["bench.toml"]\nduration = "1 s"\n[[step]]\n'
                         'at = "10 ms"\nnmt = "start"\n[[expect]]\n'
@@ -59,8 +59,8 @@ def test_what_goes_on_a_bus_asks_for_a_node(bench: Path, tmp_path: Path) -> None
     assert not list(tmp_path.glob("new.*"))
 
 
-def test_a_capture_needs_someone_who_says_what_its_frames_mean(bench: Path, tmp_path: Path) -> None:
-    """Without a node there is a DBC or an EDS, or one message."""
+def test_a_capture_needs_a_description_of_its_frames(bench: Path, tmp_path: Path) -> None:
+    """Without a node, a DBC or an EDS is required; otherwise one message asks for it."""
     capture = tmp_path / "run.log"
     capture.write_text("(0.000000) can0 185#0000000000000000\n")
     code, output = asked("gap", bench, capture)

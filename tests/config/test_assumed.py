@@ -1,4 +1,4 @@
-"""Numbers that rest on defaults: what no file states, moved by its spread among machines."""
+"""Numbers that depend on defaults: values missing in the files, varied by their usual spread."""
 
 from pathlib import Path
 
@@ -30,7 +30,7 @@ def test_defaults_move_by_their_spread_and_stated_values_stay(tmp_path: Path) ->
 
 
 def test_a_number_rests_on_what_moves_it_by_more_than_a_tenth() -> None:
-    """11 % count, 9 % do not; infinite numbers and those that a model lacks are left alone."""
+    """11 % count, 9 % do not; infinite numbers and those that a model lacks are ignored."""
     numbers = {"gain": 100.0, "pole": -10.0, "still": 0.0, "sensitivity": float("inf")}
     others = {
         "viscosity": {"gain": 109.0, "pole": -11.1, "still": 0.0, "sensitivity": 1.0},

@@ -1,4 +1,4 @@
-"""A configuration says which bench it describes, and describes nothing else."""
+"""A configuration names the bench that it describes, and describes nothing else."""
 
 import math
 import re
@@ -41,39 +41,39 @@ def test_every_kind_of_bench_has_a_worked_configuration() -> None:
 
 @pytest.mark.parametrize("file", WORKED, ids=lambda f: f.stem)
 def test_what_a_bench_does_not_describe_has_no_value(file: Path) -> None:
-    """No default valve, no default cylinder: what no table says is not a number."""
+    """There is no default valve or cylinder: a value in no table is not a number."""
     config = load([file])
     tables = tomllib.loads(file.read_text())
     needed = KINDS[config.bench.kind].needs
     for table in ("supply", "valve", "cylinder", "oil", "load"):
         assert table in tables or table not in needed, table
-        own = [v for name, v in config.plant.items() if name.startswith(f"{table}_")]
-        assert table in tables or any(math.isnan(v) for v in own), table
+        values = [v for name, v in config.plant.items() if name.startswith(f"{table}_")]
+        assert table in tables or any(math.isnan(v) for v in values), table
 
 
-def test_a_configuration_without_a_word_of_it_is_a_whole_actuator(layer: Layer) -> None:
-    """As it always was: every table is asked for, each with an example that can be copied."""
+def test_a_configuration_without_a_kind_is_a_whole_actuator(layer: Layer) -> None:
+    """Every table is requested, each with an example that can be copied."""
     assert load([shipped("configs/hyq_knee.toml")]).bench.whole
     with pytest.raises(UserError) as caught:
         load([layer('[supply]\npressure = "160 bar"')])
-    said = str(caught.value)
-    assert "oil: missing; the whole actuator needs" in said
-    assert '    [oil]\n    bulk_modulus = "1300 MPa"' in said
-    assert re.search(r'\n    natural_frequency = "250 Hz" +# natural frequency of the spool', said)
+    text = str(caught.value)
+    assert "oil: missing; the whole actuator needs" in text
+    assert '    [oil]\n    bulk_modulus = "1300 MPa"' in text
+    assert re.search(r'\n    natural_frequency = "250 Hz" +# natural frequency of the spool', text)
 
 
-def test_of_a_kind_that_nobody_knows_no_table_is_asked_for(layer: Layer) -> None:
-    """The one mistake is the name; what it would need is unknown."""
+def test_no_table_is_requested_for_an_unknown_kind(layer: Layer) -> None:
+    """The one mistake is the name; the tables of such a bench are unknown."""
     with pytest.raises(UserError, match=r"^1 mistake.*\n.*bench\.kind: 'force balanc'"):
         load([layer('[bench]\nkind = "force balanc"')])
 
 
-def test_a_table_that_a_bench_needs_is_asked_for_and_no_other(layer: Layer) -> None:
-    """A force balance asks for its areas; with one chamber for one of them."""
+def test_only_the_tables_of_a_bench_are_requested(layer: Layer) -> None:
+    """A force balance requests its areas; with one chamber it requests one of them."""
     with pytest.raises(UserError) as caught:
         load([layer('[bench]\nkind = "force balance"')])
-    _, told, *example = str(caught.value).splitlines()
-    assert "cylinder: missing; a force balance needs" in told
+    _, reported, *example = str(caught.value).splitlines()
+    assert "cylinder: missing; a force balance needs" in reported
     assert [line.split()[0] for line in example] == ["[cylinder]", "bore", "rod"]
     one = '[bench]\nkind = "force balance"\npressure_b = "absent"\n[cylinder]\nbore = "25 mm"'
     assert load([layer(one)]).plant["cylinder_piston_area"] == pytest.approx(math.pi * 0.0125**2)
@@ -81,8 +81,8 @@ def test_a_table_that_a_bench_needs_is_asked_for_and_no_other(layer: Layer) -> N
         load([layer(one.replace("absent", "3 bar"))])
 
 
-def test_what_says_nothing_about_a_bench_is_refused(layer: Layer) -> None:
-    """A chamber has no place on an axis without pressure, and the message says where it has one."""
+def test_a_setting_of_another_bench_is_refused(layer: Layer) -> None:
+    """A chamber is refused on an axis without pressure; the message names its kind of bench."""
     text = '[bench]\nkind = "driven axis"\npressure_a = "3 bar"\n[load]\nmass = "95 kg"'
     with pytest.raises(UserError, match="it belongs to force balance"):
         load([layer(text)])
@@ -100,8 +100,8 @@ def test_masses_of_presses_are_within_bounds(layer: Layer) -> None:
 
 
 @pytest.mark.parametrize("command", ["linear", "characterise", "run", "hide"])
-def test_what_simulates_asks_for_the_whole_actuator(command: str, tmp_path: Path) -> None:
-    """One message says what the file describes and what the command needs."""
+def test_a_simulation_requires_the_whole_actuator(command: str, tmp_path: Path) -> None:
+    """One message names the bench of the file and the one that the command needs."""
     file = str(next(f for f in WORKED if f.stem == "driven_axis"))
     words = {
         "linear": ["linear", file], "characterise": ["characterise", "leakage", file],

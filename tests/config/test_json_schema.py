@@ -1,4 +1,4 @@
-"""The JSON Schema of the files, as an editor's checker reads it."""
+"""The JSON Schema of the files, checked by an editor's checker."""
 
 import json
 import re
@@ -41,7 +41,7 @@ def schemas(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
 
 
 def complaints(schema: Path, *files: Path) -> str:
-    """Return what taplo says of files."""
+    """Return taplo's messages about files."""
     assert TAPLO is not None
     command = [TAPLO, "lint", "--schema", schema.as_uri(), *map(str, files)]
     result = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -50,7 +50,7 @@ def complaints(schema: Path, *files: Path) -> str:
 
 @needs_taplo
 def test_every_shipped_file_fits_its_schema(schemas: dict[str, Path]) -> None:
-    """What the package ships an editor finds no fault with."""
+    """An editor accepts every file of the package."""
     assert complaints(schemas["configuration"], *SHIPPED) == ""
     assert complaints(schemas["machine"], *MACHINES) == ""
 
@@ -124,7 +124,7 @@ def test_an_editor_lets_pass_what_loads(
 
 
 @needs_taplo
-def test_what_init_writes_fits_its_schema(schemas: dict[str, Path], tmp_path: Path) -> None:
+def test_files_of_init_fit_the_schema(schemas: dict[str, Path], tmp_path: Path) -> None:
     """With the tolerances of assumed values, and an accumulator."""
     answers = answered({"pump": "fixed", "accumulator": "1 l"}, default_answer)
     file = tmp_path / "machine.toml"
@@ -144,11 +144,11 @@ def described(node: Any) -> Iterator[tuple[str, str]]:
 
 
 def test_every_quantity_is_described() -> None:
-    """Meaning, bounds, a usual value and the source of each parameter and effect stand there."""
-    told = list(described(json_schema("configuration")))
+    """The schema has meaning, bounds, usual value and source of each parameter and effect."""
+    entries = list(described(json_schema("configuration")))
     for param in (p for table in PARAMS.values() for p in table):
-        assert any(key == param.name and param.meaning in text for key, text in told), param
+        assert any(key == param.name and param.meaning in text for key, text in entries), param
     for effect in CATALOGUE:
-        assert any(key == effect.name and effect.source in text for key, text in told), effect
-    for key, text in told:
+        assert any(key == effect.name and effect.source in text for key, text in entries), effect
+    for key, text in entries:
         assert re.search(r" \.\.\. .*, typically .*\n(.*\n)*source: ", text), key

@@ -58,12 +58,12 @@ def test_the_reference_machine_has_the_published_numbers() -> None:
 
 
 def test_the_spool_stops_where_the_valve_is_fully_open(layer: Layer) -> None:
-    """At the rated current, unless the configuration says another travel or none."""
+    """It stops at the rated current unless the configuration gives a travel or "off"."""
     assert load([REFERENCE]).plant["spool_stops_limit"] == pytest.approx(0.01)
-    said = layer('[valve]\nspool_stops = "11 mA"')
-    assert load([REFERENCE, said]).plant["spool_stops_limit"] == pytest.approx(0.011)
-    none = layer('[valve]\nspool_stops = "off"')
-    assert math.isinf(load([REFERENCE, none]).plant["spool_stops_limit"])
+    given = layer('[valve]\nspool_stops = "11 mA"')
+    assert load([REFERENCE, given]).plant["spool_stops_limit"] == pytest.approx(0.011)
+    off = layer('[valve]\nspool_stops = "off"')
+    assert math.isinf(load([REFERENCE, off]).plant["spool_stops_limit"])
 
 
 BARE = """
@@ -93,8 +93,8 @@ def test_a_cylinder_has_ends(layer: Layer) -> None:
     assert load([layer(BARE)]).plant["end_stops_stiffness"] == pytest.approx(
         210e9 * 0.2 * area / 0.2
     )
-    none = layer('[cylinder]\nend_stops = "off"')
-    assert load([layer(BARE), none]).plant["end_stops_stiffness"] == 0.0
+    off = layer('[cylinder]\nend_stops = "off"')
+    assert load([layer(BARE), off]).plant["end_stops_stiffness"] == 0.0
 
 
 def test_a_light_mass_meets_ends_that_the_step_can_follow(layer: Layer) -> None:
@@ -115,7 +115,7 @@ def test_the_valve_gain_follows_from_either_pressure_drop(layer: Layer, name: st
 
 
 def test_bore_and_rod_displace_the_areas_of_an_earlier_file(layer: Layer) -> None:
-    """A later file may say the same thing in another way; the old way is forgotten."""
+    """A later file may give the same quantity by other keys; they replace the earlier ones."""
     over = layer('[cylinder]\nbore = "20 mm"\nrod = "12 mm"')
     plant = load([REFERENCE, over]).plant
     assert plant["cylinder_piston_area"] == pytest.approx(math.pi * 0.02**2 / 4)
@@ -123,7 +123,7 @@ def test_bore_and_rod_displace_the_areas_of_an_earlier_file(layer: Layer) -> Non
 
 
 def test_later_files_are_laid_over_earlier_ones(layer: Layer) -> None:
-    """What a later file says holds; what it does not say stays, inside an effect too."""
+    """A later file replaces the values that it contains and keeps the rest, in an effect too."""
     over = layer('[load]\nmass = "30 kg"\n[cylinder]\nend_stops = {damping = "5 s/m"}')
     plant = load([REFERENCE, over]).plant
     assert plant["load_mass"] == 30.0
@@ -141,7 +141,7 @@ def test_an_effect_can_be_switched_off(layer: Layer) -> None:
 
 @pytest.mark.parametrize("other", LINES)
 def test_every_effect_of_the_catalogue_can_be_set(layer: Layer, other: frozenset[str]) -> None:
-    """The schema knows every effect, at its table, by its knob's typical value."""
+    """The schema accepts every effect in its table with its knob's typical value."""
     plain = [e for e in CATALOGUE if e.stage not in SAMPLED and e.name not in other]
     tables: dict[str, list[str]] = {}
     for e in plain:
@@ -210,20 +210,20 @@ def test_all_mistakes_are_reported_at_once_each_with_its_remedy(layer: Layer) ->
     ],
 )
 def test_a_mistake_is_named_with_its_remedy(layer: Layer, text: str, message: str) -> None:
-    """What is wrong, where, and what to do, whatever the kind of mistake."""
+    """The message names the mistake, its place and the remedy."""
     assert message in "\n".join(mistakes(REFERENCE, layer(text)))
 
 
 def test_missing_tables_and_files_are_named(layer: Layer, tmp_path: Path) -> None:
-    """A file that is not there, and a configuration without an actuator, end with a message."""
-    assert "no such file" in mistakes(tmp_path / "none.toml")[0]
+    """A missing file and a configuration without an actuator end with a message."""
+    assert "no such file" in mistakes(tmp_path / "missing.toml")[0]
     lines = "\n".join(mistakes(layer('[[node]]\nid = 1\neds = "x.eds"')))
     for table in ("valve", "cylinder", "oil", "load", "supply"):
         assert f"{table}: missing" in lines
 
 
-def test_an_empty_file_is_told_everything_at_once(layer: Layer, tmp_path: Path) -> None:
-    """What the message asks for is TOML that loads, but for the EDS, once it is written down."""
+def test_all_missing_tables_are_reported_at_once(layer: Layer, tmp_path: Path) -> None:
+    """The lines of the message are TOML that loads once they are written, except for the EDS."""
     empty = layer("")
     with pytest.raises(UserError) as caught:
         load([empty], on_bus=True)
@@ -235,8 +235,8 @@ def test_an_empty_file_is_told_everything_at_once(layer: Layer, tmp_path: Path) 
     assert plant["supply_pressure"] == 160e5
 
 
-def test_what_is_missing_inside_what_is_missing_is_told_in_the_same_round(layer: Layer) -> None:
-    """A table that lacks a key and says nothing of its areas is told both."""
+def test_missing_keys_and_missing_tables_are_reported_together(layer: Layer) -> None:
+    """The message names a missing key of a table and its missing areas together."""
     lines = "\n".join(mistakes(REFERENCE, layer("[bench]"), layer('[cylinder]\nbore = "1 cm"')))
     assert "give either bore and rod, or piston_area and area_ratio; found bore" in lines
     alone = "\n".join(mistakes(layer('[cylinder]\nbore = "1 cm"\n[valve]\nnatural_frequency = 3')))
@@ -249,8 +249,8 @@ def test_what_is_missing_inside_what_is_missing_is_told_in_the_same_round(layer:
     )
 
 
-def test_every_key_asks_for_a_unit_of_its_own_kind(layer: Layer) -> None:
-    """The example for a number without a unit is one that the same key takes."""
+def test_every_key_requests_a_unit_of_its_dimension(layer: Layer) -> None:
+    """The example for a number without a unit is accepted by the same key."""
     kinds = {"supply.pressure": "bar", "cylinder.stroke": "mm", "load.mass": "kg",
              "rig.tick": "ms", "oil.bulk_modulus": "MPa"}  # fmt: skip
     for key, unit in kinds.items():
@@ -261,7 +261,7 @@ def test_every_key_asks_for_a_unit_of_its_own_kind(layer: Layer) -> None:
         load([REFERENCE, layer(f'{key} = "{value[1]}"')])
 
 
-def test_an_effect_of_the_users_own_joins_the_catalogue(layer: Layer, tmp_path: Path) -> None:
+def test_an_effect_of_a_users_file_joins_the_catalogue(layer: Layer, tmp_path: Path) -> None:
     """A Python file with one decorated function is enough to set its knob like any other."""
     (tmp_path / "mine.py").write_text(
         "from hil_emulator.model.declare import Param, effect\n"
@@ -293,7 +293,7 @@ def test_an_effect_of_the_users_own_joins_the_catalogue(layer: Layer, tmp_path: 
 def test_an_effect_file_that_fails_is_one_message(
     layer: Layer, tmp_path: Path, content: str, message: str
 ) -> None:
-    """Whatever somebody's Python raises, it ends with the file, the reason and what is wanted."""
+    """The message names the file, the reason and the expected content for any exception."""
     (tmp_path / "mine.py").write_text(content)
     (line,) = mistakes(REFERENCE, layer('[model]\neffects = ["mine.py"]'))
     assert f"mine.py: {message}" in line
@@ -305,8 +305,8 @@ def test_a_value_on_its_bound_is_allowed(layer: Layer) -> None:
     assert load([REFERENCE, layer('[rig]\ntick = "100 us"')]).tick_ns == 100_000
 
 
-def test_the_bus_table_goes_to_python_can_as_it_stands(layer: Layer) -> None:
-    """Whatever [bus] says is kept; without one, the TCP server on 127.0.0.1 is used."""
+def test_the_bus_table_is_passed_to_python_can_unchanged(layer: Layer) -> None:
+    """The table [bus] is kept as it is; without one, the TCP server on 127.0.0.1 is used."""
     text = REFERENCE.read_text()
     start, end = text.index("[bus]"), text.index("[[node]]")
     without = layer(text[:start] + text[end:])
@@ -332,7 +332,7 @@ def test_a_slope_stands_for_the_weight_along_the_rod(layer: Layer) -> None:
 
 
 def test_a_slope_displaces_the_weight_of_an_earlier_file(layer: Layer) -> None:
-    """And the other way about; both in one file contradict each other."""
+    """A weight replaces a slope too; both in one file contradict each other."""
     weight, slope = layer('[load]\ngravity = "100 N"'), layer('[load]\nslope = "10 deg"')
     assert load([REFERENCE, slope, weight]).plant["gravity_force"] == pytest.approx(100.0)
     tilted = load([REFERENCE, weight, slope]).plant["gravity_force"]

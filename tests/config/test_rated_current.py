@@ -37,7 +37,7 @@ def test_a_solenoid_is_written_in_shares_or_in_amperes(tmp_path: Path, share: bo
 
 
 def test_bounds_are_shares_of_the_rated_current(tmp_path: Path) -> None:
-    """0.5 A of hysteresis is too much for 1.6 A and for 10 mA; 0.2 A only for 10 mA."""
+    """0.5 A of hysteresis is refused for 1.6 A and for 10 mA; 0.2 A for 10 mA only."""
     loaded(tmp_path, SOLENOID + 'hysteresis = "0.2 A"')
     with pytest.raises(UserError, match=r"outside the allowed 0 mA \.\.\. 320 mA.* of 1600 mA"):
         loaded(tmp_path, SOLENOID + 'hysteresis = "0.5 A"')

@@ -1,4 +1,4 @@
-"""A rotary axis in its own units: angles, torques, inertias, and logs of them."""
+"""A rotary axis in rotary units: angles, torques, inertias, and logs of them."""
 
 import dataclasses
 import math
@@ -78,7 +78,7 @@ def test_a_rotary_axis_is_stated_in_its_own_units(tmp_path: Path) -> None:
     ],
 )
 def test_units_of_turning_are_read(text: str, unit: str, value: float) -> None:
-    """Next to those of lengths, such as that of a line."""
+    """Units of lengths are read as well, such as that of a line."""
     with axis(rotary=True):
         assert to_si(text, unit) == pytest.approx(value)
 

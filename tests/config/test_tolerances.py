@@ -1,4 +1,4 @@
-"""How sure a configuration is of its numbers, one by one or for a whole table."""
+"""Tolerances of a configuration's numbers, one by one or for a whole table."""
 
 import math
 from pathlib import Path
@@ -20,14 +20,14 @@ def laid_over(folder: Path, *texts: str) -> Configuration:
 
 
 def test_a_tolerance_leaves_the_value_as_it_is(tmp_path: Path) -> None:
-    """The simulation sees a plain value; the tolerance is kept by the parameter's name."""
+    """The simulation uses the plain value; the tolerance is kept by the parameter's name."""
     config = laid_over(tmp_path, '[load]\nmass = { value = "60 kg", tolerance = "10 %" }\n')
     assert config.plant["load_mass"] == 60.0
     assert config.tolerances == {"load_mass": pytest.approx(0.1)}
 
 
 def test_an_effect_has_one_as_well(tmp_path: Path) -> None:
-    """With the short form of its strength, or with one of its parameters."""
+    """It is given with the short form of its strength, or with one of its parameters."""
     text = (
         '[friction]\ncoulomb_friction = { value = "80 N", tolerance = 0.5 }\n'
         'stribeck_friction = { excess = "20 N", '
@@ -42,8 +42,8 @@ def test_an_effect_has_one_as_well(tmp_path: Path) -> None:
     }
 
 
-def test_one_of_a_table_is_of_all_that_it_states(tmp_path: Path) -> None:
-    """Except of what has its own; not of what another file states."""
+def test_a_tolerance_of_a_table_holds_for_its_values(tmp_path: Path) -> None:
+    """Values with a tolerance, and those of another file, are excepted."""
     text = (
         '[cylinder]\ntolerance = "30 %"\ndead_volume_a = "2 ml"\n'
         'dead_volume_b = { value = "2 ml", tolerance = "5 %" }\n'
@@ -55,7 +55,7 @@ def test_one_of_a_table_is_of_all_that_it_states(tmp_path: Path) -> None:
     }
 
 
-def test_the_sheet_of_a_valve_is_as_sure_as_its_least_sure_number(tmp_path: Path) -> None:
+def test_tolerances_of_a_valve_sheet_are_combined(tmp_path: Path) -> None:
     """K_v = q/(u sqrt(dp)) (S1 eq. 3.8): relative errors add by squares, the drop's halved."""
     text = (
         '[valve]\nnominal_flow = { value = "7.5 l/min", tolerance = "6 %" }\n'
@@ -64,13 +64,13 @@ def test_the_sheet_of_a_valve_is_as_sure_as_its_least_sure_number(tmp_path: Path
     assert laid_over(tmp_path, text).tolerances == {"valve_gain": pytest.approx(0.10)}
 
 
-def test_a_value_that_is_stated_anew_does_not_inherit_a_tolerance(tmp_path: Path) -> None:
-    """It holds for one value only."""
+def test_a_replaced_value_does_not_inherit_a_tolerance(tmp_path: Path) -> None:
+    """A tolerance belongs to one value only."""
     first = '[load]\nmass = { value = "60 kg", tolerance = "10 %" }\n'
     assert not laid_over(tmp_path, first, '[load]\nmass = "61 kg"\n').tolerances
 
 
-def test_what_a_file_states_is_known_from_a_default(tmp_path: Path) -> None:
+def test_stated_values_are_distinguished_from_defaults(tmp_path: Path) -> None:
     """The reference machine states its damping ratio, and not its oil's viscosity."""
     config = laid_over(tmp_path, "")
     assert "valve_damping_ratio" in config.stated
@@ -80,8 +80,8 @@ def test_what_a_file_states_is_known_from_a_default(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("size", ['"-1 %"', '"2000 %"', '"3 mm"', '"much"', "nan", "{}"])
-def test_what_is_no_tolerance_is_one_message(tmp_path: Path, size: str) -> None:
-    """It names the place, and what to write."""
+def test_a_wrong_tolerance_is_one_message(tmp_path: Path, size: str) -> None:
+    """The message names the place and the expected form."""
     with pytest.raises(UserError, match=r"load\.mass\.tolerance") as error:
         laid_over(tmp_path, f'[load]\nmass = {{ value = "60 kg", tolerance = {size} }}\n')
     assert "%" in str(error.value)

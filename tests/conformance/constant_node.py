@@ -1,8 +1,8 @@
-"""A device without hydraulics: a node whose sensors always read the same, on any bus.
+"""A device without hydraulics: a node with constant sensor readings, on any bus.
 
     python constant_node.py interface channel node-ID eds-file
 
-It starts in a second where the model needs a minute, as in the virtual machine of tests/vcan.
+It starts in 1 s, while the model takes a minute in the virtual machine of tests/vcan.
 """
 
 import sys
@@ -29,10 +29,10 @@ TICK_NS = 1_000_000
 
 
 class CanPort(Protocol):
-    """The bus as the device sees it."""
+    """The bus of the device."""
 
     def receive(self) -> list[Frame]:
-        """Return what has arrived."""
+        """Return the frames received."""
         ...
 
     def send(self, frames: list[Frame]) -> None:
@@ -48,7 +48,7 @@ def make_node(eds: Path, node_id: int) -> Node:
 
 
 def stepper(node: Node, port: CanPort, begin_ns: int = 0) -> Callable[[], None]:
-    """Return a function that lets one tick of a node on a bus pass."""
+    """Return a function that executes one tick of a node on a bus."""
     now_ns = begin_ns
 
     def step() -> None:

@@ -27,7 +27,7 @@ _OBJECTS = (
 
 
 def every_service(folder: Path) -> Path:
-    """Write the EDS: the shipped actuator, and objects of other kinds; return where it is."""
+    """Write the EDS: the shipped actuator with objects of other kinds; return its path."""
     text = shipped("eds/hydraulic_actuator.eds").read_text()
     head, _, tail = text.partition("[ManufacturerObjects]")
     count = int(tail.partition("SupportedObjects=")[2].split()[0])

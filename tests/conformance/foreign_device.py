@@ -1,8 +1,8 @@
-"""A device that is not ours: `canopen.LocalNode`, in lock-step with the suite.
+"""A foreign device: `canopen.LocalNode`, in lock-step with the suite.
 
-`LocalNode` is an SDO server with a heartbeat. What an application has to do is done here: it sends
+`LocalNode` is an SDO server with a heartbeat. This module adds the part of an application: it sends
 boot-up after a reset and enters PRE-OPERATIONAL. `send_message`, `send_periodic` and `notify` are
-the override points of `canopen.Network`, so that no thread and no clock is involved.
+the override points of `canopen.Network`, so that there is no thread and no clock.
 """
 
 from collections.abc import Iterable
@@ -59,7 +59,7 @@ _OBJECTS = (
 
 
 def write_eds(path: Path) -> Path:
-    """Write an EDS of what `LocalNode` offers: SDO server, NMT slave and heartbeat."""
+    """Write an EDS with the services of `LocalNode`: SDO server, NMT slave and heartbeat."""
     text = _EDS
     for place, name, data_type, access, default in _OBJECTS:
         text += (
@@ -71,14 +71,14 @@ def write_eds(path: Path) -> Path:
 
 
 class _Periodic:
-    """What `send_periodic` returns: a frame and the time of the next one."""
+    """The result of `send_periodic`: a frame and the time of the next transmission."""
 
     def __init__(self, can_id: int, data: Iterable[int], period: float, now: float) -> None:
         self.can_id, self.data, self.period, self.next = can_id, bytes(data), period, now
         self.running = True
 
     def stop(self) -> None:
-        """Send no more."""
+        """Stop sending."""
         self.running = False
 
     def update(self, data: Iterable[int]) -> None:
@@ -107,23 +107,23 @@ class LocalDevice(canopen.Network):
         self._boot()
 
     def send_message(self, can_id: int, data: Any, remote: bool = False) -> None:
-        """Take a frame of the device."""
+        """Store a frame of the device."""
         self._sent.append(Frame(can_id, bytes(data), remote))
 
     def send_periodic(self, can_id: int, data: Any, period: float, remote: bool = False) -> Any:
-        """Take a frame that the device sends again and again."""
+        """Store a frame that the device sends periodically."""
         self._periodic.append(_Periodic(can_id, data, period, self._now))
         return self._periodic[-1]
 
     def disconnect(self) -> None:
-        """Nothing to close."""
+        """Do nothing."""
 
     def send(self, frames: Iterable[Frame]) -> None:
-        """Take frames of the suite."""
+        """Pass frames of the suite to the device."""
         self._arrived += frames
 
     def receive(self) -> list[Frame]:
-        """Return what the device has sent."""
+        """Return the frames that the device has sent."""
         sent, self._sent = self._sent, []
         return sent
 
@@ -132,7 +132,7 @@ class LocalDevice(canopen.Network):
         return False
 
     def step(self) -> None:
-        """Let a millisecond pass."""
+        """Advance the time by 1 ms."""
         arrived, self._arrived = self._arrived, []
         for frame in arrived:
             if frame.can_id == 0 and frame.data[:1] == RESET_COMMUNICATION:

@@ -1,4 +1,4 @@
-"""Frames that nobody should send: random, but aimed at where a device listens."""
+"""Random frames with identifiers that a device accepts."""
 
 import random
 from binascii import crc_hqx
@@ -18,16 +18,16 @@ SIGNATURES = (b"save", b"load", b"zero", b"tara")
 LSS_SERVICES = (0x04, 0x11, 0x13, 0x15, 0x17, *range(0x40, 0x44), *range(0x46, 0x4D), 0x51,
                 *range(0x5A, 0x5F))  # fmt: skip
 LSS_REQUESTS = (b"\x04\x01", b"\x04\x00", b"\x11\x05", b"\x11\x7f", b"\x11\xff", b"\x17\x00")
-"""Switch all nodes to configuration and back, configure a node-ID or none, store it."""
+"""Switch all nodes to configuration and back, configure node-IDs and 0xFF, store."""
 NS_PER_MS = 1_000_000
 
 
 class Fuzzer:
-    """A source of frames, the same ones for the same seed.
+    """A source of random frames, reproducible by the seed.
 
     Args:
-        seed: of everything random.
-        node: the device they are aimed at.
+        seed: seed of the random numbers.
+        node: the device under test.
 
     """
 
@@ -35,7 +35,7 @@ class Fuzzer:
         self.random = random.Random(seed)
         self._node = node
         self._objects = [(entry.index, entry.subindex) for entry in node.dictionary]
-        self._talk: list[bytes] = []  # what is left of a conversation with the SDO server
+        self._talk: list[bytes] = []  # remaining requests of a transfer with the SDO server
         self._aims: list[tuple[Callable[[], Frame], int]] = [
             (self.sdo, 40),
             (self.pdo, 20),
@@ -45,19 +45,19 @@ class Fuzzer:
         ]
 
     def batch(self) -> list[Frame]:
-        """Return the frames of one tick, none to twelve."""
+        """Return the frames of one tick, 0 to 12."""
         aims, weights = zip(*self._aims, strict=True)
         chosen = self.random.choices(aims, weights, k=self.random.randrange(13))
         return [aim() for aim in chosen]
 
     def pause_ns(self) -> int:
-        """Return the time to the next tick: often one, at times so long that things time out."""
+        """Return the time to the next tick: usually one tick, sometimes longer than time-outs."""
         if self.random.random() < 0.01:
             return self.random.randrange(2_000) * NS_PER_MS
         return NS_PER_MS
 
     def sdo(self) -> Frame:
-        """Return a request of an SDO client: any request, or the next one of a whole transfer."""
+        """Return a request of an SDO client: a random request, or the next of a transfer."""
         if self._talk and self.random.random() < 0.8:
             data = bytearray(self._talk.pop(0))
             if self.random.random() < 0.03:
@@ -77,7 +77,7 @@ class Fuzzer:
         return bytes([command]) + index.to_bytes(2, "little") + bytes([subindex])
 
     def _transfer(self) -> list[bytes]:
-        """Return all requests of one transfer, right but for the object and the data."""
+        """Return all requests of one transfer, correct but with random object and data."""
         size = self.random.choice((1, 2, 4, 8, 20, 600))
         data = self.random.randbytes(size)
         segments = [data[at : at + 7].ljust(7, b"\0") for at in range(0, size, 7)]
@@ -98,7 +98,7 @@ class Fuzzer:
         return self.random.choice((upload, block_upload, download, block_download))
 
     def pdo(self) -> Frame:
-        """Return an RPDO, a remote frame, or another message a node may listen to."""
+        """Return an RPDO, a remote frame, or another message that a node may accept."""
         base = self.random.choice((0x080, 0x100, 0x180, 0x200, 0x280, 0x300, 0x380, 0x480, 0x700))
         near = self.random.choice((0, self._node.node_id, self.random.randrange(128)))
         return Frame(base + near, self._data(), self.random.random() < 0.2)
@@ -120,7 +120,7 @@ class Fuzzer:
         return Frame(NMT, bytes([self.random.choice(NMT_COMMANDS), address]))
 
     def anything(self) -> Frame:
-        """Return any frame there can be, but for NMT commands: they are rarer."""
+        """Return any frame except NMT commands, which are rarer."""
         extended = self.random.random() < 0.2
         can_id = self.random.getrandbits(29) if extended else self.random.randrange(1, 0x800)
         return Frame(can_id, self._data(), self.random.random() < 0.2, extended)
@@ -137,7 +137,7 @@ class Fuzzer:
 
 
 def healing(node_id: int) -> list[Frame]:
-    """Return what an engineer would send to have a node back: stop, node-ID by LSS, reset."""
+    """Return the frames that recover a node: stop, node-ID by LSS, reset."""
     lss = (b"\x04\x01", bytes([0x11, node_id]), b"\x17", b"\x04\x00")
     requests = [Frame(LSS, request.ljust(8, b"\0")) for request in lss]
     return [Frame(NMT, b"\x02\x00"), *requests, Frame(NMT, b"\x81\x00")]

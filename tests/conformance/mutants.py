@@ -1,9 +1,9 @@
-"""How many broken devices the suite notices: `python -m tests.conformance.mutants [NAME ...]`.
+"""Mutation score of the suite: `python -m tests.conformance.mutants [NAME ...]`.
 
-Each mutant breaks one sentence of the standard in our own node; the suite is run on it in
-lock-step and stops at the first case that fails. What is printed: the score, and each mutant that
-nobody has noticed. `--verbose` names the case that noticed each of the others, `--write` keeps them
-in `noticed.json`, by which the tests need to run no other case.
+Each mutant violates one sentence of the standard in the emulated node; the suite is run on it in
+lock-step and stops at the first case that fails. The output is the score, and each mutant that no
+case detects. `--verbose` names the detecting case of the others, and `--write` stores these cases
+in `noticed.json`, so that the tests run only them.
 """
 
 import io
@@ -31,20 +31,20 @@ from hil_emulator.bus.bus import Bus
 NODE = 5
 PROCESSES = 2
 NOTICED = Path(__file__).with_name("noticed.json")
-"""The first case that notices each mutant; "" where none does."""
+"""The first case that detects each mutant; "" if no case detects it."""
 
 CRASHES = ("AttributeError", "TypeError", "KeyError", "NameError", "IndexError", "struct.error")
-"""How a device ends that is not broken as intended: a case that fails of these proves nothing."""
+"""Errors of a device that crashes; a failure for these is not a detection."""
 
 
 class Notice(NamedTuple):
-    """What came of a mutant.
+    """The result of a mutant.
 
     Attributes:
         mutant: its name.
-        case: the first case that failed, "" if none did.
-        remark: how it failed.
-        seconds: how long the run took.
+        case: the first case that failed, "" if all passed.
+        remark: message of the failure.
+        seconds: duration of the run.
 
     """
 
@@ -55,7 +55,7 @@ class Notice(NamedTuple):
 
 
 def notice(name: str, case: str = "") -> Notice:
-    """Run the suite, or one case, on a mutant, "" for the sound device, until a case fails."""
+    """Run the suite, or one case, on a mutant ("" for the correct device) until a case fails."""
     begin = time.monotonic()
     settings = own_channel()
     with (
@@ -63,22 +63,22 @@ def notice(name: str, case: str = "") -> Notice:
         pytest.MonkeyPatch.context() as patch,
         redirect_stdout(io.StringIO()),
         redirect_stderr(io.StringIO()),
-        Bus(settings) as own,
+        Bus(settings) as port,
         Bus(settings) as peer,
     ):
         eds = every_service(Path(folder))
         if name:
             MUTANTS[name].apply(patch)
-        step = stepper(make_node(eds, NODE), own)
+        step = stepper(make_node(eds, NODE), port)
         results = run_in_lock_step(peer, step, NODE, eds, {case} if case else None, first=True)
     failed = [case for case, outcome in results.outcomes.items() if outcome == "failed"]
     remark = results.remarks[-1] if failed else ""
     return Notice(name, failed[0] if failed else "", remark, time.monotonic() - begin)
 
 
-def crashed(found: Notice) -> bool:
-    """Tell whether the device broke down rather than misbehaved."""
-    return any(error in found.remark for error in CRASHES)
+def crashed(result: Notice) -> bool:
+    """Return whether the device crashed instead of violating the standard."""
+    return any(error in result.remark for error in CRASHES)
 
 
 def notices(names: Sequence[str]) -> list[Notice]:
@@ -91,18 +91,23 @@ def main() -> None:
     """Print the score."""
     verbose = "--verbose" in sys.argv
     names = [word for word in sys.argv[1:] if not word.startswith("-")] or list(MUTANTS)
-    found = notices(names)
-    for one in found:
-        if verbose or not one.case or crashed(one):
-            how = "CRASHED " if crashed(one) else ""
-            said = next((x[1:].strip() for x in one.remark.splitlines() if x[:2] == "E "), "")
-            print(f"{one.case or '-':>6} {one.seconds:5.1f} s  {one.mutant}: {how}{said[:90]}")
-            if not one.case:
-                print(f"{'':>16}{MUTANTS[one.mutant].sentence}")
+    results = notices(names)
+    for result in results:
+        if verbose or not result.case or crashed(result):
+            how = "CRASHED " if crashed(result) else ""
+            reason = next((x[1:].strip() for x in result.remark.splitlines() if x[:2] == "E "), "")
+            print(
+                f"{result.case or '-':>6} {result.seconds:5.1f} s  {result.mutant}: "
+                f"{how}{reason[:90]}"
+            )
+            if not result.case:
+                print(f"{'':>16}{MUTANTS[result.mutant].sentence}")
     if "--write" in sys.argv:
-        NOTICED.write_text(json.dumps({one.mutant: one.case for one in found}, indent=1) + "\n")
-    count = sum(bool(one.case) and not crashed(one) for one in found)
-    print(f"{count} of {len(found)} mutants noticed, {100 * count / len(found):.1f} %")
+        NOTICED.write_text(
+            json.dumps({result.mutant: result.case for result in results}, indent=1) + "\n"
+        )
+    count = sum(bool(result.case) and not crashed(result) for result in results)
+    print(f"{count} of {len(results)} mutants detected, {100 * count / len(results):.1f} %")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Running the conformance suite from a test, and what came of it."""
+"""Running the conformance suite from a test, with its results."""
 
 import itertools
 import re
@@ -15,24 +15,24 @@ from hil_emulator.conformance.plugin import PLUGIN, label
 from hil_emulator.conformance.wire import SteppedTime, Wire
 
 SUITE = ("--pyargs", "hil_emulator.conformance", "-p", PLUGIN, "-p", "no:cacheprovider")
-"""What to tell pytest."""
+"""Arguments for pytest."""
 _numbers = itertools.count()
 
 
 def own_channel() -> dict[str, object]:
-    """Return the settings of a virtual bus that nobody else is on."""
+    """Return the settings of a separate virtual bus."""
     return {"interface": "virtual", "channel": f"conformance {next(_numbers)}"}
 
 
 def total(report: str) -> list[int]:
     """Return the last line of a report's table: cases, passed, failed, skipped."""
-    found = re.search(r"^all +(\d+) +(\d+) +(\d+) +(\d+)$", report, re.M)
-    assert found is not None, report
-    return [int(number) for number in found.groups()]
+    totals = re.search(r"^all +(\d+) +(\d+) +(\d+) +(\d+)$", report, re.M)
+    assert totals is not None, report
+    return [int(number) for number in totals.groups()]
 
 
 def inapplicable(eds: Path, node_id: int) -> set[str]:
-    """Return the cases about what a device of this EDS need not and does not have."""
+    """Return the cases about optional services that a device of this EDS lacks."""
     expectation = Expectation(eds, node_id)
     cases = set()
     if not expectation.indices(range(0x1400, 0x1600)):
@@ -49,11 +49,11 @@ def inapplicable(eds: Path, node_id: int) -> set[str]:
 
 
 class Results:
-    """A pytest plugin: leads the suite to a device in this process, and collects outcomes.
+    """A pytest plugin: connects the suite to a device in this process, and collects outcomes.
 
     Args:
-        peer: the suite's place on the virtual bus.
-        step: lets one tick of the device pass.
+        peer: the suite's port on the virtual bus.
+        step: executes one tick of the device.
         only: the cases to run.
 
     """
@@ -67,7 +67,7 @@ class Results:
         self._labels: dict[str, str] = {}
 
     def check(self, skipped: set[str]) -> None:
-        """Check that all cases passed, but for some that were skipped."""
+        """Check that all cases passed except the skipped ones."""
         wanted = {name: "skipped" if name in skipped else "passed" for name in CASES}
         assert self.outcomes == wanted, "\n".join(self.remarks)
 
@@ -76,15 +76,15 @@ class Results:
         return self.wire
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        """Leave out the cases that are not to be run."""
+        """Deselect all cases but `only`."""
         items[:] = [item for item in items if label(item) in self._only]
 
     def pytest_collection_finish(self, session: pytest.Session) -> None:
-        """Note which test is which case."""
+        """Store the case of each test."""
         self._labels = {item.nodeid: str(label(item)) for item in session.items}
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Note an outcome."""
+        """Store an outcome."""
         name = self._labels[report.nodeid]
         if report.when == "call" or report.outcome != "passed":
             self.outcomes[name] = report.outcome
@@ -103,15 +103,15 @@ def run_in_lock_step(
     first: bool = False,
     more: Sequence[str] = (),
 ) -> Results:
-    """Run the suite on a device that moves only while the suite waits for it.
+    """Run the suite on a device whose time advances only while the suite waits.
 
     Args:
-        peer: the suite's place on the virtual bus.
-        step: lets one tick of the device pass.
+        peer: the suite's port on the virtual bus.
+        step: executes one tick of the device.
         node_id: of the device.
         eds: of the device.
-        only: the cases to run; all without it.
-        first: whether to stop at the first case that fails.
+        only: the cases to run; None for all.
+        first: whether to stop at the first failing case.
         more: other options for pytest.
 
     """

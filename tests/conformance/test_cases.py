@@ -10,11 +10,11 @@ from hil_emulator.conformance.report import Judgement, table
 
 PACKAGE = Path(hil_emulator.conformance.__file__).parent
 PER_CHAPTER = {1: 1, 2: 30, 3: 33, 4: 9, 5: 6, 6: 10, 7: 20, 8: 10, 9: 4, 10: 4}
-"""Of the CAN in Automation conformance test tool."""
+"""Number of cases per chapter in the CAN in Automation conformance test tool."""
 
 
 def test_the_cases_of_the_test_tool_are_there() -> None:
-    """Each chapter of the test tool has all its 127 cases; the others are told by their numbers."""
+    """All 127 cases of the test tool exist by chapter; additional cases have other numbers."""
     cases = CASES.values()
     tool = [case for case in cases if case.number < OWN and case.chapter in PER_CHAPTER]
     assert Counter(case.chapter for case in tool) == PER_CHAPTER
@@ -23,12 +23,12 @@ def test_the_cases_of_the_test_tool_are_there() -> None:
 
 
 def test_each_case_is_one_test() -> None:
-    """Every case of the table is behind exactly one test function, and the other way round.
+    """Every case of the table has exactly one test function, and every function one case.
 
-    This guards the report: a case that no test asks would be missing from it without a word.
+    Otherwise a case without a function would be missing in the report.
     """
     sources = [path.read_text() for path in PACKAGE.glob("test_*.py")]
-    labels = [found for text in sources for found in re.findall(r'^@case\("(.*)"\)$', text, re.M)]
+    labels = [label for text in sources for label in re.findall(r'^@case\("(.*)"\)$', text, re.M)]
     tests = [name for text in sources for name in re.findall(r"^def (test_\w+)", text, re.M)]
     assert sorted(labels) == sorted(CASES)
     assert len(tests) == len(set(tests)) == len(CASES)

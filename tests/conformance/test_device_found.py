@@ -1,4 +1,4 @@
-"""What the suite takes as it finds it, and leaves as it found it."""
+"""State of a device before and after the suite."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -27,20 +27,20 @@ def eds(tmp_path: Path) -> Path:
 
 @contextmanager
 def bus() -> Iterator[tuple[Bus, Bus]]:
-    """Yield a virtual bus, the device's place on it and the suite's."""
+    """Yield the device's and the suite's port on a virtual bus."""
     settings = own_channel()
-    with Bus(settings) as own, Bus(settings) as peer:
-        yield own, peer
+    with Bus(settings) as port, Bus(settings) as peer:
+        yield port, peer
 
 
 def run(node: Node, eds: Path, *more: str, only: set[str] | None = None) -> Results:
     """Run cases on a node."""
-    with bus() as (own, peer):
-        return run_in_lock_step(peer, stepper(node, own), NODE, eds, only, more=more)
+    with bus() as (port, peer):
+        return run_in_lock_step(peer, stepper(node, port), NODE, eds, only, more=more)
 
 
 def test_stored_parameters_are_kept(eds: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What a user has stored is there after the suite, mappings too, though cases failed."""
+    """Parameters and mappings stored by a user are kept, also after failed cases."""
     node = make_node(eds, NODE)
     for index, subindex, value in (
         (*HEARTBEAT, 777),
@@ -62,7 +62,7 @@ def test_stored_parameters_are_kept(eds: Path, monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_self_starting_devices_pass(eds: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A device that enters OPERATIONAL by itself passes where that is allowed, or asked for."""
+    """A device that enters OPERATIONAL by itself passes if 0x1F80 or the option allows it."""
     MUTANTS["nmt_starts_by_itself"].apply(monkeypatch)
     some = {"3.22", "4.2", "6.3", "9.2", "10.1", "10.4", "9.302"}
     refused = run(make_node(eds, NODE), eds, only=some)
@@ -83,13 +83,13 @@ def test_a_page_is_written(eds: Path, tmp_path: Path, monkeypatch: pytest.Monkey
     assert text.index("2.7 SDO 07") < text.index("11.5 LSS 05") < text.index("12.5 TIME 05")
 
 
-def test_a_storm_passes(eds: Path) -> None:
-    """After 5000 random frames a sound device passes as it did before."""
+def test_a_device_passes_after_random_frames(eds: Path) -> None:
+    """After 5000 random frames a correct device passes all cases again."""
     results = run(make_node(eds, NODE), eds, "--storm", "5000", only={"1.0", "2.7", "3.301", "4.2"})
     assert set(results.outcomes.values()) == {"passed"}, results.remarks
     assert results.runs == 8
 
 
 def test_a_device_that_a_case_left_stopped_is_put_back(eds: Path) -> None:
-    """The case that is asked last may stop the device; its parameters are restored all the same."""
+    """If the last case stops the device its parameters are still restored."""
     assert run(make_node(eds, NODE), eds, only={"7.305"}).outcomes == {"7.305": "passed"}

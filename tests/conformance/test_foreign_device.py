@@ -1,4 +1,4 @@
-"""Devices that are not ours: sound ones pass, and a fault fails the case about it."""
+"""Foreign devices: correct devices pass, and a violation fails the case of its clause."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from hil_emulator.platform.paths import shipped
 
 FAULTS = {
     "2.5": "sub-index 1 of a variable is answered (0609 0011, CiA 301 7.2.4.3.17)",
-    "2.13": "a segment is answered where none is left (0504 0001)",
+    "2.13": "a segment after the last is answered (0504 0001)",
     "2.17": "an aborted upload goes on",
     "2.19": "a block upload is answered as a segmented one (0504 0001)",
     "2.302": "sub-index 1 of a variable is answered",
@@ -30,7 +30,7 @@ FAULTS = {
     "9.301": "an NMT message of another length ends the program (7.2.8.3.1)",
     "10.4": "SDO is answered in STOPPED",
 }
-"""What `canopen.LocalNode` 2.4.1 does against CiA 301, by the case that shows it."""
+"""Violations of CiA 301 by `canopen.LocalNode` 2.4.1, by the case that detects them."""
 
 
 def without(text: str, *indices: str) -> str:
@@ -63,7 +63,7 @@ def run_on(device: LocalDevice, eds: Path, *options: str) -> tuple[int, Results]
 
 
 def test_a_local_node_fails_for_its_faults_alone(tmp_path: Path) -> None:
-    """Every failure of `canopen.LocalNode` is a clause that it breaks; all else is passed."""
+    """Every failure of `canopen.LocalNode` is a clause that it violates; all other cases pass."""
     eds = write_eds(tmp_path / "local.eds")
     _, results = run_on(LocalDevice(eds), eds)
     failed = {name for name, outcome in results.outcomes.items() if outcome == "failed"}
@@ -72,7 +72,7 @@ def test_a_local_node_fails_for_its_faults_alone(tmp_path: Path) -> None:
 
 
 def test_a_device_without_optional_services_passes(tmp_path: Path) -> None:
-    """Without SYNC, EMCY and TIME in its EDS the cases about them do not apply; none fails.
+    """Without SYNC, EMCY and TIME in its EDS their cases do not apply, and no case fails.
 
     The heartbeat time is mappable, as in some makers' files; no case writes patterns to it.
     """
@@ -81,8 +81,8 @@ def test_a_device_without_optional_services_passes(tmp_path: Path) -> None:
     eds = tmp_path / "plain.eds"
     eds.write_text(f"{head}[1017]{tail.replace('PDOMapping=0', 'PDOMapping=1', 1)}")
     settings = own_channel()
-    with Bus(settings) as own, Bus(settings) as peer:
-        results = run_in_lock_step(peer, stepper(make_node(eds, NODE_ID), own), NODE_ID, eds)
+    with Bus(settings) as port, Bus(settings) as peer:
+        results = run_in_lock_step(peer, stepper(make_node(eds, NODE_ID), port), NODE_ID, eds)
     assert "failed" not in results.outcomes.values(), "\n".join(results.remarks)
     assert results.outcomes["6.3"] == results.outcomes["5.4"] == "skipped"
 
@@ -90,7 +90,7 @@ def test_a_device_without_optional_services_passes(tmp_path: Path) -> None:
 def test_reasons_are_printed_as_cases_end(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A run that is cut after its first failure has said which case failed and why."""
+    """A run that stops after its first failure has printed the case and the reason."""
     eds = write_eds(tmp_path / "local.eds")
     run_on(LocalDevice(eds), eds, "-x", "--case", "2.5")
     report = capsys.readouterr().out
@@ -101,17 +101,17 @@ def test_reasons_are_printed_as_cases_end(
 def test_a_self_starting_device_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A device that is OPERATIONAL after boot-up is pointed out before the first case."""
+    """A device that is OPERATIONAL after boot-up is named before the first case."""
     eds = write_eds(tmp_path / "local.eds")
     device = LocalDevice(eds, self_starting=True)
     run_on(device, eds, "--case", "2.1")
-    assert "add --self-starting if it is meant to be" in capsys.readouterr().out
+    assert "add --self-starting if this is intended" in capsys.readouterr().out
     run_on(device, eds, "--case", "2.1", "--self-starting")
     assert "--self-starting" not in capsys.readouterr().out
 
 
 def test_a_wrong_node_id_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Where no device answers, no case is judged."""
+    """If no device answers, no case is run."""
     eds = write_eds(tmp_path / "local.eds")
     device = LocalDevice(eds)
     code, results = run_on(device, eds, "--node", "13")
@@ -119,7 +119,7 @@ def test_a_wrong_node_id_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert "no device answers at node-ID 13" in capsys.readouterr().out
 
 
-def test_the_command_says_that_no_device_answers(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command_reports_that_no_device_answers(monkeypatch: pytest.MonkeyPatch) -> None:
     """The command ends with exit code 2 and the reason."""
     monkeypatch.setattr("hil_emulator.conformance.device.BOOT_MS", 1)
     eds = str(shipped("eds/load_cell.eds"))
@@ -130,5 +130,5 @@ def test_the_command_says_that_no_device_answers(monkeypatch: pytest.MonkeyPatch
 
 
 def test_abort_codes_are_shown_in_hexadecimal_once() -> None:
-    """A number that is hexadecimal already stays as it is."""
+    """A hexadecimal abort code is unchanged."""
     assert _ABORT_CODE.findall("abort 06090030, 101253168") == ["101253168"]

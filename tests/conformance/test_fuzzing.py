@@ -1,4 +1,4 @@
-"""Whatever is on the bus, a device raises nothing, does not grow, and conforms afterwards."""
+"""After random frames a device raises no error, uses no more memory, and conforms."""
 
 import tracemalloc
 from pathlib import Path
@@ -24,7 +24,7 @@ DEVICES = [
 ]
 """The combined device has the most objects."""
 WARM_UP = 0.2
-"""Share of the frames after which a device has what it will ever have: stored values, routes."""
+"""Share of the frames after which a device has allocated its memory: stored values, routes."""
 MAY_GROW = 100_000
 """Bytes; a queue of 64 emergencies and a transfer under way are less. Assumed."""
 
@@ -49,7 +49,7 @@ def test_the_frames_reach_every_service() -> None:
 
 
 def fuzz(node: Node, seed: int, frames: int) -> tuple[int, int]:
-    """Send a device so many random frames, then heal it; return its time and growth in bytes."""
+    """Send random frames, then recover the device; return its time and growth in bytes."""
     fuzzer = Fuzzer(seed, node)
     measured = Measured(list(READINGS.values()), [0] * len(READINGS))
     now_ns = sent = base = 0
@@ -82,20 +82,20 @@ def check(eds: Path, seed: int, frames: int) -> None:
     assert node.node_id == NODE
     assert growth < MAY_GROW, f"seed {seed}: {growth} bytes more than after the warm-up"
     settings = own_channel()
-    with Bus(settings) as own, Bus(settings) as peer:
-        step = stepper(node, own, begin_ns=now_ns + 1_000_000)
+    with Bus(settings) as port, Bus(settings) as peer:
+        step = stepper(node, port, begin_ns=now_ns + 1_000_000)
         results = run_in_lock_step(peer, step, NODE, eds)
     results.check(skipped=inapplicable(eds, NODE))
 
 
 @pytest.mark.parametrize("eds", DEVICES)
 def test_five_thousand_frames(eds: Path) -> None:
-    """Each shipped device, 25,000 frames in all."""
+    """Each shipped device conforms after random frames, 25,000 in total."""
     check(eds, seed=301, frames=5_000)
 
 
 @pytest.mark.full(sibling="test_five_thousand_frames")
 @pytest.mark.parametrize("eds", EDS_FILES, ids=lambda path: path.stem)
 def test_two_hundred_thousand_frames(eds: Path) -> None:
-    """Each shipped device, a million frames in all."""
+    """Each shipped device conforms after random frames, 1,000,000 in total."""
     check(eds, seed=302, frames=200_000)

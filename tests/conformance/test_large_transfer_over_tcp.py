@@ -1,4 +1,4 @@
-"""100 kB by SDO block transfer to the running emulator, beside its process data at 1 kHz."""
+"""100 kB by SDO block transfer to the running emulator, during its process data at 1 kHz."""
 
 import random
 from pathlib import Path
@@ -14,7 +14,7 @@ OBJECT = f"[{STORE:04X}]\nParameterName=store\nDataType=0xF\nAccessType=rw\n\n"
 
 
 def test_no_sample_is_missed_during_a_large_transfer(tmp_path: Path) -> None:
-    """A stock master gets its 100 kB back, and every sample of 1 kHz in each TPDO meanwhile."""
+    """A stock master reads back 100 kB, and receives every sample of 1 kHz in each TPDO."""
     eds = tmp_path / "store.eds"
     text = shipped("eds/hydraulic_actuator.eds").read_text()
     eds.write_text(text.replace("[2000]\n", OBJECT + "[2000]\n", 1))
@@ -35,4 +35,4 @@ def test_no_sample_is_missed_during_a_large_transfer(tmp_path: Path) -> None:
         finally:
             network.disconnect()
     assert counters.missing() == dict.fromkeys(counters.seen, 0)
-    assert all(len(seen) > SIZE // 7 // 128 for seen in counters.seen.values())
+    assert all(len(samples) > SIZE // 7 // 128 for samples in counters.seen.values())

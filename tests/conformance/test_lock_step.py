@@ -1,4 +1,4 @@
-"""The whole suite over the virtual bus, in lock-step: no clock, no waiting, every run the same."""
+"""The whole suite over the virtual bus, in lock-step: without a clock, reproducible."""
 
 from pathlib import Path
 
@@ -16,16 +16,16 @@ DEVICES = [
     pytest.param(eds, id=eds.stem, marks=[] if eds.stem == "valve_driver" else pytest.mark.slow)
     for eds in EDS_FILES
 ]
-"""The combined device is asked on the reference machine as well."""
+"""The combined device is also tested on the reference machine."""
 
 
 @pytest.mark.parametrize("eds", DEVICES)
 @pytest.mark.parametrize("node_id", [1, pytest.param(127, marks=pytest.mark.slow)])
 def test_every_shipped_device_conforms(eds: Path, node_id: int) -> None:
-    """Each device whose EDS is shipped passes all cases, at either end of the node-IDs."""
+    """Each device with a shipped EDS passes all cases, with node-ID 1 and 127."""
     settings = own_channel()
-    with Bus(settings) as own, Bus(settings) as peer:
-        results = run_in_lock_step(peer, stepper(make_node(eds, node_id), own), node_id, eds)
+    with Bus(settings) as port, Bus(settings) as peer:
+        results = run_in_lock_step(peer, stepper(make_node(eds, node_id), port), node_id, eds)
     results.check(skipped=inapplicable(eds, node_id))
 
 
@@ -37,7 +37,7 @@ def test_every_shipped_device_conforms(eds: Path, node_id: int) -> None:
                   marks=pytest.mark.full(sibling="test_the_emulator_conforms"))],
 )  # fmt: skip
 def test_the_emulator_conforms(files: list[str]) -> None:
-    """On the reference machine, hydraulics and noise included, all nodes of a layout conform."""
+    """On the reference machine, with hydraulics and noise, all nodes of a layout conform."""
     config = load([shipped(name) for name in files])
     with bench(config) as emulator:
         for node in config.nodes:

@@ -1,4 +1,4 @@
-"""The suite tells broken devices from sound ones, and the same way wherever the fault is."""
+"""The suite detects mutants of the device."""
 
 import json
 
@@ -8,12 +8,12 @@ from mutations import MUTANTS
 
 SCORE = 0.95
 UNNOTICED = {
-    "lss_never_identified": "the service is optional, and no EDS says whether a slave has it",
-    "lss_stored_in_vain": "shows when the power is off and on again, which no frame can do",
-    "sdo_block_sequence_zero_ignored": "a server may wait for the segment that was meant",
-    "time_never_produced": "no object says how often TIME comes",
+    "lss_never_identified": "the service is optional, and an EDS does not state it",
+    "lss_stored_in_vain": "visible only after a power cycle, which no frame can cause",
+    "sdo_block_sequence_zero_ignored": "a server may wait for the correct segment",
+    "time_never_produced": "no object has the period of TIME",
 }
-"""Mutants that pass all cases, and why no case asks for what they break."""
+"""Mutants that pass all cases, with the reason why no case detects them."""
 
 EXAMPLES = (
     "nmt_reset_communication_resets_all", "sdo_block_checksum_unchecked", "rpdo_never_stored",
@@ -22,35 +22,35 @@ EXAMPLES = (
 CASES = json.loads(NOTICED.read_text())
 
 
-def test_a_sound_device_passes() -> None:
-    """The device of which the mutants are made passes all cases: none is skipped."""
+def test_a_correct_device_passes() -> None:
+    """The device without a mutation passes all cases, without a skip."""
     assert notice("").case == ""
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
-def test_a_mutant_is_noticed_where_it_is_broken(name: str) -> None:
-    """Of the whole suite, the first case that fails is the one that is kept."""
-    found = notice(name)
-    assert not crashed(found), found.remark
-    assert found.case == CASES[name]
+def test_the_first_failing_case_of_a_mutant_is_the_stored_one(name: str) -> None:
+    """The first failing case of the whole suite is the stored case."""
+    result = notice(name)
+    assert not crashed(result), result.remark
+    assert result.case == CASES[name]
 
 
-@pytest.mark.full(sibling="test_a_mutant_is_noticed_where_it_is_broken")
+@pytest.mark.full(sibling="test_the_first_failing_case_of_a_mutant_is_the_stored_one")
 @pytest.mark.parametrize("name", [name for name in MUTANTS if name not in UNNOTICED])
-def test_a_mutant_is_noticed(name: str) -> None:
-    """By the case that is kept for it, as a device that misbehaves and not one that breaks down.
+def test_a_mutant_is_detected(name: str) -> None:
+    """A mutant is detected by its stored case, without a crash.
 
-    That case alone will do, but for faults that show in what earlier cases left behind.
+    The stored case alone is sufficient, except for faults that depend on earlier cases.
     """
-    found = notice(name, CASES[name])
-    if not found.case:
-        found = notice(name)
-    assert not crashed(found), found.remark
-    assert found.case == CASES[name]
+    result = notice(name, CASES[name])
+    if not result.case:
+        result = notice(name)
+    assert not crashed(result), result.remark
+    assert result.case == CASES[name]
 
 
-def test_few_are_unnoticed() -> None:
-    """At least 95 % are noticed; the others are known, with the reason."""
+def test_few_mutants_are_undetected() -> None:
+    """At least 95 % are detected; the others are listed with the reason."""
     assert {name for name, case in CASES.items() if not case} == set(UNNOTICED)
     assert CASES.keys() == MUTANTS.keys()
     assert len(UNNOTICED) <= (1 - SCORE) * len(MUTANTS)

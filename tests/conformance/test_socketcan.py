@@ -1,7 +1,7 @@
 """The suite over the CAN of the Linux kernel, against a device in another process.
 
-The device is a node without its hydraulics, so that the virtual machine that has vcan0 where the
-kernel lacks it need not compile the model.
+The device is a node without hydraulics, so that the virtual machine with vcan0 need not compile the
+model.
 """
 
 import subprocess
@@ -21,9 +21,9 @@ PROGRAM = Path(__file__).with_name("constant_node.py")
 
 MATTERS = ("remote frame", "guarding", "block", "segment")
 CHOSEN = [label for label, case in CASES.items() if any(word in case.name for word in MATTERS)]
-"""What a kernel's sockets can do otherwise than TCP or a virtual bus, over which all cases are run:
-remote frames, and requests that follow each other at once. A thousand readings a second would fill
-the socket of an emulated processor."""
+"""Cases that may differ on a kernel's sockets from TCP or a virtual bus, on which all cases are
+run: remote frames, and requests in quick succession. A thousand readings per second would fill the
+socket of an emulated processor."""
 
 pytestmark = pytest.mark.vcan
 
@@ -40,12 +40,12 @@ def channel(socketcan_channel: str) -> Iterator[str]:
 
 
 def test_a_device_conforms_over_socketcan(channel: str) -> None:
-    """Those made of remote frames pass, which over TCP do not apply."""
+    """Cases with remote frames pass, which do not apply over TCP."""
     options = ["--can", f"socketcan:{channel}", "--node", str(NODE), "--eds", str(EDS)]
     options += [word for label in CHOSEN for word in ("--case", label)]
-    told = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-m", "pytest", *SUITE, *options], capture_output=True, text=True
     )
     skipped = len(inapplicable(EDS, NODE).intersection(CHOSEN))
-    report = told.stdout + told.stderr
+    report = process.stdout + process.stderr
     assert total(report) == [len(CASES), len(CHOSEN) - skipped, 0, skipped], report

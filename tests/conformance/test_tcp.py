@@ -1,4 +1,4 @@
-"""The suite as a user calls it, against the emulator in another process, over TCP."""
+"""The suite on the command line, with the emulator in another process, over TCP."""
 
 import re
 import subprocess
@@ -21,17 +21,17 @@ REMOTE_FRAMES = {
     *("7.2", "7.3", "7.4", "7.6", "7.203", "7.205", "7.207", "7.305", "7.306"),
     *("3.330", "7.310", "7.311"),
 }
-"""Cases made of remote frames, which socketcand's protocol cannot carry."""
+"""Cases with remote frames, which the protocol of socketcand cannot carry."""
 
 
 def check(port: int, node: NodeSettings) -> None:
-    """Check that all cases pass but those about remote frames, skipped for that reason."""
+    """Check that all cases pass except those with remote frames, which are skipped."""
     bus = ["--can", "socketcand:can0", "--can-option", "host=127.0.0.1"]
     rest = ["--can-option", f"port={port}", "--node", str(node.id), "--eds", str(node.eds)]
-    told = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-m", "pytest", *SUITE, *bus, *rest], capture_output=True, text=True
     )
-    report = told.stdout + told.stderr
+    report = process.stdout + process.stderr
     skipped = len(REMOTE_FRAMES | inapplicable(node.eds, node.id))
     assert total(report) == [len(CASES), len(CASES) - skipped, 0, skipped], report
     reasons = re.findall(r"^ *(\S+) .*: skipped: this bus carries no remote frames$", report, re.M)
@@ -47,6 +47,6 @@ def test_the_emulator_conforms_over_tcp(tmp_path: Path) -> None:
 
 @pytest.mark.full(sibling="test_the_emulator_conforms_over_tcp")
 def test_a_node_of_the_separate_layout_conforms_over_tcp(tmp_path: Path) -> None:
-    """The first of four conforms with the others on the same bus; in lock-step each does."""
+    """The first of four nodes conforms on a common bus; in lock-step each node conforms."""
     with emulator(tmp_path, str(SEPARATE)) as (port, _):
         check(port, load([COMBINED, SEPARATE]).nodes[0])

@@ -1,4 +1,4 @@
-"""The device under test, and a stock master that hides how frames reach it."""
+"""The device under test, and a stock master."""
 
 import pytest
 from device_master import CHANNELS, EDS, NODE_ID, SAFE_CURRENT, Master, booted

@@ -1,4 +1,4 @@
-"""EDS files as makers write them: the least a device needs, and objects of a test's own."""
+"""EDS files as makers write them: a minimal file, and objects that a test adds."""
 
 from pathlib import Path
 
@@ -43,13 +43,13 @@ DefaultValue=0x0000029C
 
 
 def described(section: str, data_type: int, *lines: str, access: str = "rw") -> str:
-    """Return the section of an object, with keys of a test's own at its end."""
+    """Return the section of an object, with additional keys at its end."""
     head = f"[{section}]\nParameterName=object {section}\n"
     return head + "\n".join([f"DataType=0x{data_type:04X}", f"AccessType={access}", *lines]) + "\n"
 
 
 def mapped(number: int, *words: str, cob_id: str = "", kind: int = 255) -> str:
-    """Return the records of a TPDO that maps some words, event-driven unless told otherwise."""
+    """Return the records of a TPDO with mapping words, event-driven by default."""
     communication, mapping = f"{0x17FF + number:04X}", f"{0x19FF + number:04X}"
     counted = described(f"{mapping}sub0", 5, f"DefaultValue={len(words)}")
     subs = [described(f"{mapping}sub{n}", 7, f"DefaultValue={w}") for n, w in enumerate(words, 1)]
@@ -64,7 +64,7 @@ def mapped(number: int, *words: str, cob_id: str = "", kind: int = 255) -> str:
 
 
 def written(folder: Path, *parts: str, encoding: str = "latin-1") -> Path:
-    """Write an EDS of these parts after the least one, and return where it is."""
+    """Write the minimal EDS followed by these parts, and return its path."""
     path = folder / "device.eds"
     path.write_bytes((LEAST + "".join(parts)).encode(encoding))
     return path

@@ -1,4 +1,4 @@
-"""What a test may do to a device: a stock master, frames and time, however they travel."""
+"""Access of a test to a device: a stock master, frames and time."""
 
 from pathlib import Path
 
@@ -24,7 +24,7 @@ SAFE_CURRENT = 0.001
 
 
 class Master:
-    """What a test may do to a device, whatever lies between: a stock node, frames, time.
+    """Access of a test to a device: a stock node, frames, time.
 
     Attributes:
         network: a `canopen.Network`.
@@ -47,7 +47,7 @@ class Master:
         return self.network.commands
 
     def times_ms(self, can_id: int) -> list[float]:
-        """Return when frames with this identifier came."""
+        """Return the times of all frames with this identifier [ms]."""
         return [ns / NS_PER_MS for ns, frame in self.network.log if frame.can_id == can_id]
 
     def data(self, can_id: int) -> list[bytes]:
@@ -59,20 +59,20 @@ class Master:
         self.network.log.clear()
 
     def run(self, milliseconds: int) -> None:
-        """Let time pass."""
+        """Advance the time."""
         for _ in range(milliseconds):
             self.network.tick()
 
     def send(
         self, can_id: int, data: bytes = b"", *, remote: bool = False, extended: bool = False
     ) -> None:
-        """Put one frame on the bus."""
+        """Send one frame on the bus."""
         self.network.tick(Frame(can_id, data, remote, extended))
 
     def measure(
         self, values: tuple[float, ...] = READINGS, overrange: tuple[int, ...] = (0,) * 5
     ) -> None:
-        """Set what the sensors report from now on."""
+        """Set the readings of the sensors."""
         self.network.measured = Measured(list(values), list(overrange))
 
     def nmt(self, command: int, node_id: int = NODE_ID) -> None:
@@ -80,18 +80,18 @@ class Master:
         self.send(0x000, bytes([command, node_id]))
 
     def start(self) -> None:
-        """Bring the device to OPERATIONAL and forget what led there."""
+        """Bring the device to OPERATIONAL and drop the frames received until then."""
         self.nmt(1)
         self.forget()
 
     def request(self, text: str) -> str:
-        """Send one raw SDO request given in hexadecimal; return the answer, "" if none came."""
+        """Send a raw SDO request in hexadecimal; return the answer, "" without an answer."""
         before = len(self.data(SDO_ANSWER))
         self.send(SDO_REQUEST, bytes.fromhex(text))
         return " ".join(answer.hex() for answer in self.data(SDO_ANSWER)[before:])
 
     def abort_code(self, index: int, subindex: int, data: bytes | None = None) -> int:
-        """Return the code an upload, or a download of `data`, is aborted with; 0 if it is not."""
+        """Return the abort code of an upload, or of a download of `data`; 0 for success."""
         try:
             if data is None:
                 self.remote.sdo.upload(index, subindex)

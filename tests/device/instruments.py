@@ -38,7 +38,7 @@ def instrument(name: str, channels: tuple[str, ...] = CHANNELS, eds: Path | None
 
 
 def show(master: Master, overrange: int = 0, **readings: float) -> None:
-    """Let channels report these values in the next tick, the others what they did."""
+    """Set the readings of some channels in the next tick; others keep their readings."""
     values, ranges = list(READINGS), [0] * len(CHANNELS)
     for name, value in readings.items():
         values[CHANNELS.index(name)] = value

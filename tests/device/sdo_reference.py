@@ -1,7 +1,7 @@
-"""What an SDO server has to answer, written down from CiA 301 7.2.4 for comparison.
+"""A reference SDO server for comparison, written from CiA 301 7.2.4.
 
-It knows a few objects by heart instead of an EDS, keeps a transfer as plain numbers instead of an
-object per kind, and answers a request with all it entails.
+It has a few fixed objects instead of an EDS, stores a transfer as plain numbers instead of an
+object per kind, and answers each request completely.
 """
 
 from binascii import crc_hqx
@@ -56,7 +56,7 @@ class SdoReference:
 
     Attributes:
         objects: by (index, sub-index).
-        transfer: what is under way.
+        transfer: the transfer in progress.
 
     """
 
@@ -79,7 +79,7 @@ class SdoReference:
             return [abort(key, refusal.code)]
 
     def time_out(self) -> list[bytes]:
-        """Return what is sent when the client is silent for a second."""
+        """Return the frames that are sent if the client is silent for 1 s."""
         if self.transfer is None:
             return []
         key, self.transfer = self.transfer.key, None
@@ -207,7 +207,7 @@ class SdoReference:
             transfer.data += request[1:]
             transfer.complete = bool(last)
         if not last and number != BLOCK:
-            return []  # the client looks at answers only where a block ends
+            return []  # the client reads answers only at the end of a block
         check_length(self.objects[transfer.key], len(transfer.data) - 6, growing=True)
         acknowledged, transfer.sent = transfer.sent, 0
         return [bytes([0xA2, acknowledged, BLOCK]) + bytes(5)]
@@ -231,8 +231,8 @@ class SdoReference:
     def _readable(self, key: tuple[int, int]) -> Object:
         if key in self.objects:
             return self.objects[key]
-        known = any(index == key[0] for index, _ in self.objects)
-        raise Refusal(NO_SUBINDEX if known else NO_OBJECT)
+        exists = any(index == key[0] for index, _ in self.objects)
+        raise Refusal(NO_SUBINDEX if exists else NO_OBJECT)
 
     def _writable(self, key: tuple[int, int]) -> Object:
         target = self._readable(key)

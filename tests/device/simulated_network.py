@@ -1,8 +1,7 @@
 """A stock `canopen` master whose bus is a `Node` in simulated time: no thread, no clock.
 
-`canopen.Network` names `send_message` and `notify` as its override points. Sending a frame here
-lets one tick of the node pass, so the answer to an SDO request is there before the stock client
-looks for it.
+`canopen.Network` names `send_message` and `notify` as its override points. Sending a frame executes
+one tick of the node, so an SDO request is answered before the stock client reads the answer.
 """
 
 from collections.abc import Sequence
@@ -21,7 +20,7 @@ class SimulatedNetwork(canopen.Network):
 
     Attributes:
         node: the device under test.
-        measured: what its sensors report from the next tick on.
+        measured: readings of its sensors from the next tick on.
         now_ns: time of the next tick.
         log: every frame the device sent, with its time.
         commands: the commands in force since the last tick.
@@ -37,14 +36,14 @@ class SimulatedNetwork(canopen.Network):
         self.commands: dict[str, float] = {}
 
     def send_message(self, can_id: int, data: Sequence[int] | bytes, remote: bool = False) -> None:
-        """Put one frame of the master on the bus and let a tick pass."""
+        """Send one frame of the master and execute a tick."""
         self.tick(Frame(can_id, bytes(data or b""), remote))
 
     def disconnect(self) -> None:
-        """Nothing to close."""
+        """Do nothing."""
 
     def tick(self, *frames: Frame, period_ns: int = NS_PER_MS) -> list[Frame]:
-        """Let one tick pass in which the device receives `frames`; return what it sends."""
+        """Execute one tick in which the device receives `frames`; return the frames it sends."""
         self.commands = dict(self.node.receive(self.now_ns, frames))
         answers = self.node.publish(self.now_ns, Measured(*self.measured))
         self.log += [(self.now_ns, frame) for frame in answers]

@@ -28,7 +28,7 @@ def layout() -> list[Node]:
 
 
 def test_the_predefined_connection_set_does_not_collide() -> None:
-    """The four instruments live together."""
+    """The four instruments have no identifier in common."""
     assert collisions(layout()) == []
 
 
@@ -39,7 +39,7 @@ def test_one_node_id_twice() -> None:
 
 
 def test_two_senders_of_a_pdo() -> None:
-    """Both are named."""
+    """The message names both nodes."""
     (message,) = collisions([*layout(), node("load_cell", 9, x1800_1=0x186)])
     assert message == (
         "COB-ID 0x186 is used by TPDO1 of node 6 and TPDO1 of node 9; give each its own"
@@ -77,7 +77,7 @@ def test_two_producers_of_sync() -> None:
 
 
 def test_a_pdo_may_have_many_receivers() -> None:
-    """Two valves may follow one set point, and a node may take what another one sends."""
+    """Two valves may receive one set point, and a node may receive the PDO of another node."""
     first, second = node("valve_driver", 5), node("valve_driver", 6, x1400_1=0x205)
     assert collisions([first, second]) == []
     follower = node("valve_driver", 7, x1400_1=0x185)
@@ -91,6 +91,6 @@ def test_what_does_not_exist_does_not_collide() -> None:
 
 
 def test_asking_changes_nothing(tmp_path: Path) -> None:
-    """The nodes work as before: their services still own their objects."""
+    """The check does not change the nodes: their services still own their objects."""
     nodes = layout()
     assert collisions(nodes) == collisions(nodes) == []

@@ -90,7 +90,7 @@ def drive(tmp_path: Path) -> DriveMaster:
 
 
 def test_a_stock_master_starts_the_drive(drive: DriveMaster) -> None:
-    """`canopen` brings it through its states, changes the mode, and sees each state."""
+    """`canopen` leads it through its states, changes the mode, and reads each state."""
     drive.nmt(1)
     drive.remote.setup_402_state_machine(read_pdos=False)
     assert drive.remote.state == "SWITCH ON DISABLED"
@@ -124,7 +124,7 @@ def test_control_words_lead_to_their_states(
 
 
 def test_profile_velocity_ramps_to_its_target(drive: DriveMaster) -> None:
-    """20 000 per s² up, 10 000 per s² down; target and standstill are in the status word."""
+    """The drive ramps up at 20 000 per s² and down at 10 000; the status word shows the target."""
     drive.enable(3)
     assert drive.read(0x6041) & ZERO_OR_FOLLOWS
     drive.write(0x60FF, 1000)
@@ -175,7 +175,7 @@ def test_an_unknown_mode_is_not_shown(drive: DriveMaster) -> None:
 
 @pytest.mark.parametrize(("option", "end"), [(2, SWITCH_ON_DISABLED), (6, QUICK_STOP)])
 def test_quick_stop_decelerates(drive: DriveMaster, option: int, end: int) -> None:
-    """At 50 000 per s²; then the drive is disabled, or stays and can go on."""
+    """The drive decelerates at 50 000 per s²; then it is disabled, or stays in quick stop."""
     drive.enable(9)
     drive.write(0x605A, option)
     drive.write(0x60FF, 1000)
@@ -222,13 +222,13 @@ def test_measured_velocity_and_command(tmp_path: Path) -> None:
 
 def test_states_follow_each_other_one_per_tick(drive: DriveMaster) -> None:
     """The status word names each state on the way, as a TPDO by events shows it."""
-    seen = [drive.read(0x6041) & STATE]
+    states = [drive.read(0x6041) & STATE]
     drive.write(0x6040, 0x06)
-    seen.append(drive.state())
+    states.append(drive.state())
     drive.network.node.dictionary.entry(0x6040).value = 0x0F
     for _ in range(3):
         drive.run(1)
-        seen.append(drive.state())
-    assert [state for state, _ in itertools.groupby(seen)] == [
+        states.append(drive.state())
+    assert [state for state, _ in itertools.groupby(states)] == [
         SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED,
     ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""The EDS the device is built from: what it must hold, and what is said when it does not."""
+"""The EDS of a device: its required content, and the messages for wrong content."""
 
 from pathlib import Path
 
@@ -57,7 +57,7 @@ def test_node_id_has_a_range(node_id: int) -> None:
 
 
 def test_missing_file_is_named() -> None:
-    """A path without a file is said."""
+    """The message for a missing file has its path."""
     with pytest.raises(UserError, match=r"nowhere\.eds"):
         Dictionary.from_eds(Path("nowhere.eds"), NODE_ID)
 
@@ -65,7 +65,7 @@ def test_missing_file_is_named() -> None:
 @pytest.mark.filterwarnings("ignore:The 'warn' method:DeprecationWarning:canopen")
 @pytest.mark.parametrize("text", ["hello", "[2000]\nno=name\n", "[2000]\nParameterName=x\n", ""])
 def test_other_files_are_refused(tmp_path: Path, text: str) -> None:
-    """A file that is no EDS is refused by name, whatever it contains."""
+    """A file that is not an EDS is refused, and the message has its path."""
     path = tmp_path / "other.eds"
     path.write_text(text)
     with pytest.raises(UserError, match=r"other\.eds"):
@@ -74,7 +74,7 @@ def test_other_files_are_refused(tmp_path: Path, text: str) -> None:
 
 @pytest.mark.parametrize("index", ["1000", "1001"])
 def test_mandatory_objects_are_required(tmp_path: Path, index: str) -> None:
-    """A device without device type or error register is none."""
+    """An EDS without device type or error register is refused."""
     with pytest.raises(UserError, match=f"0x{index}"):
         Dictionary.from_eds(edited(tmp_path, (f"[{index}]\n", "[5FFF]\n")), NODE_ID)
 
@@ -99,7 +99,7 @@ def test_objects_are_described_once(tmp_path: Path, section: str) -> None:
 def test_bad_values_are_refused_with_their_place(
     tmp_path: Path, data_type: int, line: str, message: str
 ) -> None:
-    """What an object's type cannot hold is said with the section."""
+    """The message for a value beyond the range of its type has the section."""
     path = edited(tmp_path, added("2FFF", data_type, line))
     with pytest.raises(UserError, match=message) as refusal:
         Dictionary.from_eds(path, NODE_ID)
@@ -117,7 +117,7 @@ def test_bad_values_are_refused_with_their_place(
 def test_limits_lost_by_the_stock_import_are_kept(
     tmp_path: Path, data_type: int, low: str, high: str, inside: float, outside: float
 ) -> None:
-    """Limits of REAL32 and of odd widths bind an SDO client."""
+    """An SDO client cannot exceed limits of REAL32 and of unusual widths."""
     path = edited(tmp_path, added("2FFF", data_type, f"LowLimit={low}", f"HighLimit={high}"))
     dictionary = Dictionary.from_eds(path, NODE_ID)
     dictionary.write(0x2FFF, 0, inside)
@@ -127,7 +127,7 @@ def test_limits_lost_by_the_stock_import_are_kept(
 
 
 def test_compact_arrays_have_their_members(tmp_path: Path) -> None:
-    """CompactSubObj gives as many members as it says, and a sub-index 0 that says so."""
+    """CompactSubObj creates its number of members, and sub-index 0 is this number."""
     lines = ("ObjectType=0x8", "CompactSubObj=3", "DefaultValue=4")
     dictionary = Dictionary.from_eds(edited(tmp_path, added("2FFF", 7, *lines)), NODE_ID)
     assert [dictionary.read(0x2FFF, n) for n in range(4)] == [3, 4, 4, 4]
@@ -142,7 +142,7 @@ def test_parameter_value_of_a_dcf_counts(tmp_path: Path) -> None:
 
 
 def test_an_object_that_nothing_feeds_is_named_with_its_tpdo(tmp_path: Path) -> None:
-    """It is transmitted all the same, and holds its default."""
+    """It is transmitted with its default value."""
     path = edited(tmp_path, ("ParameterName=pressure_a", "ParameterName=pressure_x"))
     node = Node(Dictionary.from_eds(path, NODE_ID), CHANNELS, COMMANDS)
     ((name, entry),) = node.unfed()
@@ -151,13 +151,13 @@ def test_an_object_that_nothing_feeds_is_named_with_its_tpdo(tmp_path: Path) -> 
 
 
 def test_command_without_object_stops_the_start() -> None:
-    """A command the EDS has no set point for is named."""
+    """The message names a command without a set point in the EDS."""
     with pytest.raises(UserError, match="'flow'"):
         Node(Dictionary.from_eds(EDS, NODE_ID), CHANNELS, {**COMMANDS, "flow": 0.0})
 
 
 def test_command_must_be_mappable(tmp_path: Path) -> None:
-    """A read-only object is no set point."""
+    """A read-only object cannot be a set point."""
     with pytest.raises(UserError, match="'load_force'"):
         Node(Dictionary.from_eds(EDS, NODE_ID), CHANNELS, {"load_force": 0.0})
 
@@ -179,7 +179,7 @@ def test_safe_value_beyond_the_limits_stops_the_start() -> None:
 def test_a_pdo_that_cannot_be_mapped_does_not_exist(
     tmp_path: Path, old: str, new: str, section: str, message: str
 ) -> None:
-    """The first PDO is off, the report says why, and the others are what they were."""
+    """The first PDO is disabled, the report has the reason, and the others are unchanged."""
     dictionary = Dictionary.from_eds(edited(tmp_path, (old, new)), NODE_ID)
     (remark,) = dictionary.remarks
     assert remark.section == section
@@ -191,7 +191,7 @@ def test_a_pdo_that_cannot_be_mapped_does_not_exist(
 
 
 def test_ambiguous_names_stop_the_start(tmp_path: Path) -> None:
-    """Two objects of a channel's name cannot both be meant."""
+    """Two objects with the name of a channel are refused."""
     path = edited(tmp_path, ("ParameterName=pressure_b", "ParameterName=pressure_a"))
     with pytest.raises(UserError, match=r"0x2010:00.*0x2011:00"):
         Node(Dictionary.from_eds(path, NODE_ID), CHANNELS, COMMANDS)

@@ -1,4 +1,4 @@
-"""EMCY, error register and error history (CiA 301 7.2.7), heard by a stock consumer."""
+"""EMCY, error register and error history (CiA 301 7.2.7), with a stock consumer."""
 
 import pytest
 from device_master import EMCY, NODE_ID, SYNC, Master
@@ -14,7 +14,7 @@ def received(master: Master) -> list[tuple[int, int, bytes]]:
 
 
 def test_overrange_names_channel_and_direction(master: Master) -> None:
-    """Each channel has its code, 0xFF10 plus its position; byte 2 tells above or below."""
+    """Each channel has the code 0xFF10 plus its position; byte 2 shows above or below."""
     master.measure(overrange=(0, 1, 0, -1, 0))
     master.run(5)
     assert received(master) == [
@@ -24,8 +24,8 @@ def test_overrange_names_channel_and_direction(master: Master) -> None:
     assert master.remote.sdo[0x1001].raw == 0x81
 
 
-def test_error_reset_comes_when_all_is_well(master: Master) -> None:
-    """While one channel is still beyond its range no reset is sent."""
+def test_error_reset_is_sent_after_the_last_error(master: Master) -> None:
+    """No reset is sent while a channel is outside its range."""
     master.measure(overrange=(0, 1, 0, -1, 0))
     master.run(2)
     master.measure(overrange=(0, 0, 0, -1, 0))
@@ -38,7 +38,7 @@ def test_error_reset_comes_when_all_is_well(master: Master) -> None:
     assert master.remote.sdo[0x1001].raw == 0
 
 
-def test_change_of_direction_is_news(master: Master) -> None:
+def test_change_of_direction_is_reported(master: Master) -> None:
     """A channel that goes from above to below its range is reported again, without a reset."""
     for direction in (1, -1):
         master.measure(overrange=(direction, 0, 0, 0, 0))
@@ -73,7 +73,7 @@ def test_history_is_emptied_by_writing_zero(master: Master) -> None:
 
 
 def test_inhibit_time_spaces_messages(master: Master) -> None:
-    """0x1015 in units of 100 us keeps messages apart and loses none."""
+    """0x1015 in units of 100 us separates messages, and no message is lost."""
     master.remote.sdo[0x1015].raw = 50
     master.measure(overrange=(1, 1, 1, 1, 1))
     master.run(30)
@@ -82,7 +82,7 @@ def test_inhibit_time_spaces_messages(master: Master) -> None:
 
 
 def test_cob_id_can_be_moved_and_switched_off(master: Master) -> None:
-    """0x1014 moves EMCY by the rules of a COB-ID; bit 31 silences it, the history goes on."""
+    """0x1014 changes the identifier of EMCY; bit 31 disables EMCY, but not the history."""
     off = 1 << 31
     assert master.abort_code(0x1014, 0, (0x0A5).to_bytes(4, "little")) == 0x06090030
     master.remote.sdo[0x1014].raw = off | EMCY
@@ -113,7 +113,7 @@ def test_default_cob_id(master: Master) -> None:
 
 @pytest.mark.parametrize("data", [b"\x01", bytes(8)])
 def test_sync_of_wrong_length_is_reported(master: Master, data: bytes) -> None:
-    """A SYNC with data where none is expected is not taken: EMCY 0x8240 until a good one."""
+    """A SYNC with unexpected data is ignored: EMCY 0x8240 until a correct SYNC."""
     master.start()
     master.send(SYNC, data)
     assert received(master) == [(0x8240, 0x11, bytes(5))]
@@ -123,7 +123,7 @@ def test_sync_of_wrong_length_is_reported(master: Master, data: bytes) -> None:
 
 
 def test_held_back_messages_are_bounded(master: Master) -> None:
-    """However often a sensor leaves its range in STOPPED, only the newest 64 reports are kept."""
+    """If a sensor often leaves its range in STOPPED, only the newest 64 messages are kept."""
     master.nmt(2)
     for count in range(200):
         master.measure(overrange=(count % 2, 0, 0, 0, 0))

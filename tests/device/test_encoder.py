@@ -27,7 +27,7 @@ def test_position_and_speed_are_in_steps(encoder: Master) -> None:
 
 
 def test_steps_can_be_set(encoder: Master) -> None:
-    """Steps of 5 um and 1 mm/s count a fifth and a tenth of it."""
+    """With steps of 5 um and 1 mm/s the values are a fifth and a tenth."""
     encoder.remote.sdo[0x6005][1].raw = 5000
     encoder.remote.sdo[0x6005][2].raw = 100
     encoder.run(1)
@@ -44,14 +44,14 @@ def test_without_scaling_the_scale_counts(encoder: Master) -> None:
 
 
 def test_direction_can_be_reversed(encoder: Master) -> None:
-    """Bit 3 of the operating parameters turns the sign."""
+    """Bit 3 of the operating parameters reverses the sign."""
     encoder.remote.sdo[0x6000].raw = 0x000C
     encoder.run(1)
     assert position(encoder) == -40000
 
 
 def test_preset_moves_the_zero(encoder: Master) -> None:
-    """Here reads as the preset value, and motion counts from it."""
+    """The present position reads as the preset value, and motion is counted from it."""
     encoder.remote.sdo[0x6003].raw = 1000
     encoder.run(1)
     assert position(encoder) == 1000
@@ -80,7 +80,7 @@ def test_alarm_beyond_the_range(encoder: Master, metres: float, end: int, alarm:
 
 
 def test_warning_when_too_fast(encoder: Master) -> None:
-    """Faster than INTEGER16 can tell: the speed saturates and the warning says so."""
+    """A speed beyond INTEGER16 saturates and sets the warning."""
     show(encoder, velocity=4.0)
     assert encoder.remote.sdo[0x6030][1].raw == 32767
     assert encoder.remote.sdo[0x6505].raw == 1
@@ -89,7 +89,7 @@ def test_warning_when_too_fast(encoder: Master) -> None:
 
 
 def test_cyclic_timer_is_the_event_timer(encoder: Master) -> None:
-    """Written as one, read as the other, and TPDO1 obeys."""
+    """A write of one object changes the other and the period of TPDO1."""
     encoder.remote.sdo[0x6200].raw = 5
     assert encoder.remote.sdo[0x1800][5].raw == 5
     encoder.start()
@@ -100,7 +100,7 @@ def test_cyclic_timer_is_the_event_timer(encoder: Master) -> None:
 
 
 def test_default_pdos(encoder: Master) -> None:
-    """TPDO1 tells the position each millisecond, TPDO2 at each SYNC."""
+    """TPDO1 carries the position each millisecond, TPDO2 at each SYNC."""
     encoder.start()
     encoder.run(5)
     encoder.send(SYNC)
@@ -108,7 +108,7 @@ def test_default_pdos(encoder: Master) -> None:
     assert encoder.data(TPDO2) == [struct.pack("<i", 40000)]
 
 
-def test_the_device_type_maps_what_it_says(encoder: Master) -> None:
+def test_the_device_type_selects_the_position_object(encoder: Master) -> None:
     """0x00080196 is an absolute linear encoder: its position is 0x6004, not 0x6020 (CiA 406)."""
     encoder.remote.tpdo.read()
     assert encoder.remote.sdo[0x1000].raw == 0x00080196
@@ -118,7 +118,7 @@ def test_the_device_type_maps_what_it_says(encoder: Master) -> None:
 
 
 def test_speed_of_a_plant_without_velocity_is_not_bound() -> None:
-    """Without a velocity channel nothing claims to feed the speed."""
+    """Without a velocity channel the speed has no source."""
     encoder = instrument("position_sensor", CHANNELS[:5])
     rows = {row.index: row.bound_to for row in encoder.network.node.bindings() if row.subindex == 1}
     assert (rows[0x6020], rows[0x6030]) == ("profile, from position", "")

@@ -4,7 +4,7 @@ from device_master import HEARTBEAT, Master
 
 
 def test_heartbeat_keeps_its_period(master: Master) -> None:
-    """Heartbeats come every 100 ms, counted from boot-up."""
+    """Heartbeats are sent every 100 ms, counted from boot-up."""
     master.run(350)
     assert master.times_ms(HEARTBEAT) == [0, 100, 200, 300]
 
@@ -26,8 +26,8 @@ def test_zero_switches_the_heartbeat_off(master: Master) -> None:
     assert master.frames == []
 
 
-def test_heartbeat_does_not_follow_the_state_but_tells_it(master: Master) -> None:
-    """A change of state shows in the next heartbeat and sends none of its own."""
+def test_a_change_of_state_shows_in_the_next_heartbeat(master: Master) -> None:
+    """A change of state does not send a heartbeat; the next periodic one shows it."""
     master.run(50)
     master.nmt(2)
     assert len(master.data(HEARTBEAT)) == 1

@@ -1,4 +1,4 @@
-"""EDS files of makers: what is odd is read in its one sense and noted, what is not is refused."""
+"""EDS files of makers: harmless deviations are accepted with a remark, others are refused."""
 
 import contextlib
 import re
@@ -34,8 +34,8 @@ def notes(dictionary: Dictionary) -> list[tuple[str, str]]:
 
 
 @pytest.mark.parametrize("path", SHIPPED, ids=lambda path: path.stem)
-def test_our_own_files_are_not_odd(path: Path) -> None:
-    """The shipped EDS files give no cause for a remark."""
+def test_shipped_files_have_no_remarks(path: Path) -> None:
+    """The shipped EDS files have no remark."""
     assert list(Dictionary.from_eds(path, NODE_ID).remarks) == []
 
 
@@ -63,7 +63,7 @@ def test_our_own_files_are_not_odd(path: Path) -> None:
     ],
 )
 def test_values_of_cia_306(tmp_path: Path, data_type: int, text: str, value: object) -> None:
-    """Numbers in every notation the standard knows are no oddity."""
+    """Numbers in every notation of the standard have no remark."""
     dictionary = loaded(tmp_path, described("2000", data_type, f"DefaultValue={text}"))
     assert dictionary.read(0x2000) == value
     assert notes(dictionary) == []
@@ -81,7 +81,7 @@ def test_values_of_cia_306(tmp_path: Path, data_type: int, text: str, value: obj
         (0x06, "DefaultValue", "3 # three", 3),
         (0x05, "DefaultValue", "09", 9),
         (0x01, "DefaultValue", "true", 1),
-        (0x0A, "DefaultValue", "none", b"none"),
+        (0x0A, "DefaultValue", "text", b"text"),
         (0x06, "HighLimit", "65536", 0),
         (0x06, "LowLimit", "low", 0),
         (0x06, "Factor", "0", 0),
@@ -92,15 +92,15 @@ def test_values_of_cia_306(tmp_path: Path, data_type: int, text: str, value: obj
 def test_odd_values_are_read_and_noted(
     tmp_path: Path, data_type: int, key: str, text: str, value: object
 ) -> None:
-    """A value in nobody's notation is taken in its one sense, with section and key."""
+    """A value in a notation outside the standard is accepted with a remark on section and key."""
     line = f"{key}={text}" if text else ""
     dictionary = loaded(tmp_path, described("2000", data_type, line))
     assert dictionary.read(0x2000) == value
     assert notes(dictionary) == [("2000", key)]
 
 
-def test_empty_numbers_are_none(tmp_path: Path) -> None:
-    """Keys that editors leave empty say nothing, and that is no oddity."""
+def test_empty_keys_are_absent(tmp_path: Path) -> None:
+    """An empty key counts as absent, without a remark."""
     empty = ("DefaultValue=", "LowLimit=", "HighLimit=", "ObjectType=", "PDOMapping=")
     path = written(tmp_path, described("2000", 5, *empty))
     path.write_text(path.read_text().replace("VendorNumber=0x0000029C", "VendorNumber="))
@@ -110,7 +110,7 @@ def test_empty_numbers_are_none(tmp_path: Path) -> None:
 
 
 def test_keys_and_sections_in_any_case(tmp_path: Path) -> None:
-    """Upper or lower case, blanks around and before: the same file."""
+    """Upper or lower case and blanks make no difference."""
     text = "[2FfFSUB0]\n  PARAMETERNAME = x\n\tdatatype = 0X05\naccesstype=RW\ndefaultvalue = 7\n"
     dictionary = loaded(tmp_path, "[2fff]\nparametername=y\nobjecttype=8\n" + text)
     assert (dictionary.read(0x2FFF), dictionary.entry(0x2FFF).name) == (7, "x")
@@ -119,14 +119,14 @@ def test_keys_and_sections_in_any_case(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
 def test_encodings(tmp_path: Path, encoding: str) -> None:
-    """A byte order mark or a letter beyond ASCII is read as its maker meant it."""
+    """A byte order mark or a letter beyond ASCII is decoded correctly."""
     text = described("2000", 5).replace("object 2000", "Öldruck")
     path = written(tmp_path, text.replace("\n", "\r\n"), encoding=encoding)
     assert Dictionary.from_eds(path, NODE_ID).entry(0x2000).name == "Öldruck"
 
 
 def test_compact_arrays_have_values_and_names(tmp_path: Path) -> None:
-    """[xxxxValue] and [xxxxName] of CiA 306 reach the members they number."""
+    """[xxxxValue] and [xxxxName] of CiA 306 set values and names of their members."""
     compact = described("1016", 7, "ObjectType=8", "CompactSubObj=3", "DefaultValue=0")
     values = "[1016Value]\nNrOfEntries=2\n1=0x000A05DC\n3=$NODEID+0x10000\n"
     names = "[1016Name]\nNrOfEntries=1\n2=second\n"
@@ -136,7 +136,7 @@ def test_compact_arrays_have_values_and_names(tmp_path: Path) -> None:
 
 
 def test_compact_pdos_exist(tmp_path: Path) -> None:
-    """CompactPDO gives the PDOs that are not described, at the predefined connection set."""
+    """CompactPDO creates PDOs without sections, with identifiers of the predefined set."""
     value = described("2000", 6, "PDOMapping=1", "DefaultValue=0x1234")
     info = ("NrOfTXPDO=1", "CompactPDO=0x13\nNrOfTXPDO=2")
     mapping = "[1A00Value]\nNrOfEntries=1\n1=0x20000010\n"
@@ -149,8 +149,8 @@ def test_compact_pdos_exist(tmp_path: Path) -> None:
     assert {e.subindex for e in node.dictionary if e.index == 0x1800} == {0, 1, 2, 5}
 
 
-def test_a_dcf_says_what_its_device_is(tmp_path: Path) -> None:
-    """ParameterValue stands above DefaultValue, and the node-ID is that of the file."""
+def test_a_dcf_has_parameter_values_and_a_node_id(tmp_path: Path) -> None:
+    """ParameterValue has priority over DefaultValue, and the node-ID is that of the file."""
     path = written(
         tmp_path,
         described("2000", 6, "DefaultValue=1", "ParameterValue=2"),
@@ -161,7 +161,7 @@ def test_a_dcf_says_what_its_device_is(tmp_path: Path) -> None:
 
 
 def test_identity_may_stand_in_device_info(tmp_path: Path) -> None:
-    """A vendor-ID without a value is the VendorNumber, so that a master finds what it expects."""
+    """A vendor-ID without a value is the VendorNumber, which a master expects."""
     path = written(tmp_path)
     path.write_text(LEAST.replace("DefaultValue=0x0000029C", "DefaultValue="))
     dictionary = Dictionary.from_eds(path, NODE_ID)
@@ -181,7 +181,7 @@ def test_a_cob_id_without_value_is_not_that_of_nmt(tmp_path: Path) -> None:
 
 
 def test_cob_ids_that_lack_their_node_id_get_it(tmp_path: Path) -> None:
-    """EMCY at 0x80 would be SYNC; an SDO server is where the node-ID puts it, in a DCF, too."""
+    """EMCY at 0x80 would be SYNC; the SDO server always has the identifiers of the node-ID."""
     server = "[1200]\nParameterName=SDO\nObjectType=9\n" + "".join(
         described(f"1200sub0{n}", 7, f"DefaultValue={base}+$NODEID", f"ParameterValue={base}+32")
         for n, base in ((1, "0x600"), (2, "0x580"))
@@ -193,7 +193,7 @@ def test_cob_ids_that_lack_their_node_id_get_it(tmp_path: Path) -> None:
 
 
 def test_a_default_mapping_stands_above_attributes(tmp_path: Path) -> None:
-    """What a file maps by default is mapped, though its PDOMapping denies it, and noted."""
+    """An object in a default mapping is mapped despite PDOMapping=0, with a remark."""
     value = described("2000", 6, "PDOMapping=0", "DefaultValue=3", access="ro")
     dictionary = loaded(tmp_path, value, mapped(1, "0x20000010", "0x00000000"))
     (row,) = Node(dictionary, (), {}).pdo_map()
@@ -201,7 +201,7 @@ def test_a_default_mapping_stands_above_attributes(tmp_path: Path) -> None:
     assert notes(dictionary) == [("1A00", ""), ("2000", "")]
 
 
-def test_repeated_words_are_no_contradiction(tmp_path: Path) -> None:
+def test_repeated_keys_are_accepted(tmp_path: Path) -> None:
     """The first of two values of a key counts; a section may be repeated word for word."""
     text = described("2000", 5, "DefaultValue=1", "DefaultValue=2")
     dictionary = loaded(tmp_path, text, text)
@@ -209,16 +209,16 @@ def test_repeated_words_are_no_contradiction(tmp_path: Path) -> None:
     assert notes(dictionary) == [("2000", "DefaultValue")] * 2 + [("2000", "")]
 
 
-def test_modular_devices_are_refused_in_words(tmp_path: Path) -> None:
-    """Which modules are plugged in no EDS can say; the message tells the way out."""
+def test_modular_devices_are_refused(tmp_path: Path) -> None:
+    """An EDS does not list the modules in use; the message has the remedy."""
     modules = "[SupportedModules]\nNrOfEntries=3\n[M1ModuleInfo]\nProductName=8 DI\n"
     with pytest.raises(UserError, match=r"\[SupportedModules\].*modular.*DCF of your combination"):
         loaded(tmp_path, modules)
     assert 0x1000 in loaded(tmp_path, modules.replace("=3", "=0"))
 
 
-def test_the_report_has_one_line_for_one_oddity(tmp_path: Path) -> None:
-    """Fifty equal remarks are one line that names some places and counts the rest."""
+def test_the_report_has_one_line_for_one_deviation(tmp_path: Path) -> None:
+    """Fifty equal remarks are one line with some places and the number of the others."""
     odd = [described(f"{0x2000 + n:04X}", 0x0F, "DefaultValue=0") for n in range(50)]
     (line,) = lines(loaded(tmp_path, *odd).remarks)
     assert line.startswith("[2000] [2001] [2002] [2003] and 46 more DefaultValue: ")
@@ -239,7 +239,7 @@ def test_stock_import_finds_the_same(path: Path) -> None:
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_any_text_is_an_eds_or_refused(tmp_path: Path, data: st.DataObject) -> None:
-    """Whatever is done to lines of a file: it loads and runs, or is refused in words."""
+    """A file with any changed lines loads and runs, or is refused with a message."""
     text = edited(tmp_path).read_text().splitlines()
     for _ in range(data.draw(st.integers(1, 4))):
         at = data.draw(st.integers(0, len(text) - 1))
@@ -252,26 +252,28 @@ def test_any_text_is_an_eds_or_refused(tmp_path: Path, data: st.DataObject) -> N
 
 
 @pytest.mark.parametrize(
-    ("name", "section", "told"),
+    ("name", "section", "reason"),
     [("load_cell", "1A00sub1", "CiA 301 has an integer"),
      ("valve_driver", "6040", "profile has a number"),
      ("pressure_transmitter", "6126sub1", "profile has a number")],
 )  # fmt: skip
 def test_text_in_the_place_of_a_number_is_refused(
-    tmp_path: Path, name: str, section: str, told: str
+    tmp_path: Path, name: str, section: str, reason: str
 ) -> None:
-    """What a device computes with cannot be a string; the message has section and key."""
+    """A number that a device computes with cannot be a string; the message has section and key."""
     before, mark, after = _sheet(name).partition(f"[{section}]\n")
     path = tmp_path / "text.eds"
     path.write_text(before + mark + re.sub(r"DataType=\w+", "DataType=9", after, count=1))
-    with pytest.raises(UserError, match=rf"\[{section}\] DataType: VISIBLE_STRING, where .*{told}"):
+    with pytest.raises(
+        UserError, match=rf"\[{section}\] DataType: VISIBLE_STRING, where .*{reason}"
+    ):
         Node(Dictionary.from_eds(path, NODE_ID), (), {})
 
 
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_any_data_type_runs_or_is_refused(tmp_path: Path, data: st.DataObject) -> None:
-    """Whatever type a maker gives an object of a profile: the node runs, or is refused in words."""
+    """With any type of a profile's object the node runs, or is refused with a message."""
     lines = _sheet(data.draw(st.sampled_from(["valve_driver", "pressure_transmitter"]))).split("\n")
     at = data.draw(st.sampled_from([i for i, line in enumerate(lines) if "DataType=" in line]))
     lines[at] = f"DataType={data.draw(st.sampled_from([1, 8, 9, 10, 15, 27]))}"
@@ -296,7 +298,7 @@ BOOLEAN_AS_BYTE = (
 
 
 def test_a_boolean_may_be_mapped_as_a_byte(tmp_path: Path) -> None:
-    """Where a file maps a BOOLEAN as 8 bits it takes a byte, is noted, and can be written back."""
+    """A BOOLEAN mapped with 8 bits takes a byte, has a remark, and can be written back."""
     dictionary = loaded(tmp_path, *BOOLEAN_AS_BYTE, mapped(1, "0x20010008", "0x20020010"))
     assert ("2001", "") in notes(dictionary)
     node = Node(dictionary, [], {})
@@ -312,14 +314,14 @@ def test_a_boolean_may_be_mapped_as_a_byte(tmp_path: Path) -> None:
 
 
 def test_a_boolean_is_a_bit_elsewhere(tmp_path: Path) -> None:
-    """Mapped as one bit it stays one: nothing is noted of it."""
+    """A BOOLEAN mapped with one bit stays one bit, without a remark."""
     dictionary = loaded(tmp_path, *BOOLEAN_AS_BYTE, mapped(1, "0x20010001", "0x20020010"))
     assert ("2001", "") not in notes(dictionary)
     assert dictionary.entry(0x2001).type.bits == 1
 
 
 def test_a_wrong_length_is_noted_of_a_pdo_that_is_off(tmp_path: Path) -> None:
-    """A default mapping with another length than its object is noted, PDO valid or not."""
+    """A default mapping with a wrong length has a remark, whether the PDO is valid or not."""
     mapping = mapped(1, "0x20020008", cob_id="$NODEID+0x80000180")
     dictionary = loaded(tmp_path, *BOOLEAN_AS_BYTE, mapping)
     (text,) = [r.text for r in dictionary.remarks if r.section == "1A00"]
@@ -327,7 +329,7 @@ def test_a_wrong_length_is_noted_of_a_pdo_that_is_off(tmp_path: Path) -> None:
 
 
 def test_unknown_access_is_that_of_stock_canopen(tmp_path: Path) -> None:
-    """`AccessType=unknown` is read as stock `canopen` reads it: writable, not readable; noted."""
+    """`AccessType=unknown` is write-only as in stock `canopen`, with a remark."""
     part = described("2003", 6, "DefaultValue=3", access="unknown")
     dictionary = loaded(tmp_path, part)
     stock = canopen.import_od(str(written(tmp_path, part)), NODE_ID)[0x2003]
@@ -341,7 +343,7 @@ MAKERS = sorted((Path(__file__).parents[2] / "configs" / "foreign").glob("*.eds"
 
 @pytest.mark.parametrize("path", MAKERS, ids=lambda path: path.stem)
 def test_defaults_can_be_written_back(path: Path) -> None:
-    """Every parameter of a file without a map takes its own value, as a master restores it."""
+    """Every parameter of a file without a map accepts its default, as a master restores it."""
     node = Node(Dictionary.from_eds(path, NODE_ID), [], {})
     dictionary = node.dictionary
     for entry in dictionary:

@@ -1,4 +1,4 @@
-"""100 kB by SDO block transfer beside process data, with a stock client."""
+"""100 kB by SDO block transfer during process data, with a stock client."""
 
 import random
 from pathlib import Path
@@ -23,8 +23,8 @@ def master_of_a_store(tmp_path: Path) -> Master:
     return master
 
 
-def test_hundred_kilobytes_pass_beside_process_data(tmp_path: Path) -> None:
-    """What was downloaded in blocks is uploaded the same, and no tick is without its TPDO."""
+def test_hundred_kilobytes_pass_during_process_data(tmp_path: Path) -> None:
+    """Data downloaded in blocks are uploaded unchanged, and each tick has its TPDO."""
     data = random.Random(100).randbytes(SIZE)
     master = master_of_a_store(tmp_path)
     begin_ns = master.network.now_ns

@@ -1,4 +1,4 @@
-"""What a node tells of itself before it runs."""
+"""The tables of a node before it runs: bindings, PDOs, bus load."""
 
 import pytest
 from device_master import NODE_ID
@@ -14,7 +14,7 @@ def test_longest_frame(size: int) -> None:
 
 
 def test_bindings_name_every_source(node: Node) -> None:
-    """Each object from 0x2000 on is listed with what feeds it."""
+    """Each object from 0x2000 on is listed with its source."""
     table = {row.name: (row.unit, row.factor, row.bound_to) for row in node.bindings()}
     assert table["pressure_a"] == ("Pa", 1000.0, "channel pressure_a")
     assert table["valve_current"] == ("A", 1e-9, "command valve_current")
@@ -35,7 +35,7 @@ def test_pdo_map_shows_the_defaults(node: Node) -> None:
 
 
 def test_bus_load_counts_each_period(node: Node) -> None:
-    """The sum is by hand: TPDO1 to 3 each 1 ms, RPDO1 each 10 ms, heartbeat each 100 ms."""
+    """The load is the sum of TPDO1 to 3 per 1 ms, RPDO1 per 10 ms and heartbeat per 100 ms."""
     periodic = 1000 * (135 + 115 + 115) + 100 * 95 + 10 * 65
     assert node.bus_load(sync_us=0) == pytest.approx(periodic)
     more = 500 * (55 + 135 + 95) - 100 * 95  # SYNC, TPDO4 and RPDO1 at 500 Hz
@@ -43,7 +43,7 @@ def test_bus_load_counts_each_period(node: Node) -> None:
 
 
 def test_ticks_longer_than_timers_bound_the_load(node: Node) -> None:
-    """With ticks of 10 ms a TPDO of 1 ms comes every 10 ms."""
+    """With ticks of 10 ms a TPDO with a timer of 1 ms is sent every 10 ms."""
     assert node.bus_load(sync_us=0, tick_us=10_000) == pytest.approx(
         100 * (135 + 115 + 115) + 100 * 95 + 10 * 65
     )

@@ -15,7 +15,7 @@ WAITING, CONFIGURATION = 0, 1
 
 @pytest.fixture(autouse=True)
 def _no_waiting(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the stock master neither pause nor wait: in simulated time an answer is there or not."""
+    """Disable waiting in the stock master: in simulated time an answer is immediate or missing."""
     monkeypatch.setattr("canopen.lss.time.sleep", lambda seconds: None)
     monkeypatch.setattr(canopen.lss.LssMaster, "RESPONSE_TIMEOUT", 0)
 
@@ -44,7 +44,7 @@ def unconfigured() -> Master:
 
 
 def boot_ups(master: Master) -> list[int]:
-    """Return the node-IDs that have announced themselves."""
+    """Return the node-IDs of all boot-up messages."""
     return [f.can_id - 0x700 for f in master.frames if f.can_id >> 7 == 0xE and f.data == b"\0"]
 
 
@@ -68,8 +68,8 @@ def test_selective_switch_needs_the_whole_address(master: Master) -> None:
 
 
 @pytest.mark.parametrize("sent", [1, 2, 3])
-def test_broken_off_requests_are_forgotten(master: Master, sent: int) -> None:
-    """A master that begins anew after some parts of an address is answered as if they were not."""
+def test_incomplete_requests_are_discarded(master: Master, sent: int) -> None:
+    """A master that restarts after some parts of an address is answered normally."""
     lss = master.network.lss
     for part in range(sent):
         master.network.send_message(0x7E5, bytes([0x40 + part]) + _padded(ADDRESS[part]))
@@ -85,7 +85,7 @@ def _padded(number: int) -> bytes:
 
 
 def test_new_node_id_waits_for_the_reset(master: Master) -> None:
-    """After reset communication the node is there under its new number, COB-IDs and all."""
+    """After reset communication the node has its new node-ID and the COB-IDs of it."""
     lss = master.network.lss
     lss.send_switch_state_global(CONFIGURATION)
     lss.configure_node_id(NEW_ID)
@@ -105,7 +105,7 @@ def test_new_node_id_waits_for_the_reset(master: Master) -> None:
 
 @pytest.mark.parametrize("node_id", [0, 128, 254])
 def test_bad_node_ids_are_refused(master: Master, node_id: int) -> None:
-    """A node-ID is 1 to 127, or 255 for none."""
+    """A node-ID is 1 to 127, or 255 for an unconfigured node."""
     master.network.lss.send_switch_state_global(CONFIGURATION)
     with pytest.raises(canopen.lss.LssError, match="1"):
         master.network.lss.configure_node_id(node_id)
@@ -150,16 +150,16 @@ def test_fastscan_finds_an_unconfigured_node() -> None:
 
 
 def test_configured_node_ignores_fastscan(master: Master) -> None:
-    """Fastscan looks for nodes without node-ID only."""
+    """Fastscan searches only nodes without a node-ID."""
     assert master.network.lss.fast_scan() == (False, None)
 
 
-@pytest.mark.parametrize(("serial_high", "found"), [(SERIAL, 1), (SERIAL - 1, 0)])
-def test_identify_answers_within_the_range(master: Master, serial_high: int, found: int) -> None:
-    """A node in the asked range of revisions and serial numbers says that there is one."""
+@pytest.mark.parametrize(("serial_high", "answers"), [(SERIAL, 1), (SERIAL - 1, 0)])
+def test_identify_answers_within_the_range(master: Master, serial_high: int, answers: int) -> None:
+    """A node answers if revision and serial number are in the requested range."""
     master.forget()
     master.network.lss.send_identify_remote_slave(VENDOR, PRODUCT, 0, REVISION, 0, serial_high)
-    assert master.data(0x7E4) == [b"\x4f" + bytes(7)] * found
+    assert master.data(0x7E4) == [b"\x4f" + bytes(7)] * answers
 
 
 def test_unconfigured_nodes_can_be_asked_for() -> None:
@@ -170,7 +170,7 @@ def test_unconfigured_nodes_can_be_asked_for() -> None:
 
 
 def test_lss_is_off_in_operational(master: Master) -> None:
-    """A running node does not listen to LSS."""
+    """A node in OPERATIONAL ignores LSS."""
     master.nmt(1)
     master.network.lss.send_switch_state_global(CONFIGURATION)
     with pytest.raises(canopen.lss.LssError):

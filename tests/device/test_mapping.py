@@ -1,4 +1,4 @@
-"""PDO data of any types, checked against an encoder made of nothing but shifts."""
+"""PDO data of any types, compared with an encoder of shifts only."""
 
 import struct
 
@@ -43,13 +43,13 @@ def test_first_entry_is_in_the_lowest_bits(entries: list[Entry]) -> None:
 
 @given(mapped())
 def test_unpack_undoes_pack(entries: list[Entry]) -> None:
-    """What was packed comes back with its sign."""
+    """Unpacked values equal the packed ones, with sign."""
     mapping = Mapping(entries)
     assert list(mapping.unpack(mapping.pack())) == [e.value for e in entries]
 
 
 def test_reals_mix_with_odd_widths() -> None:
-    """A REAL32 beside a 24-bit integer keeps its IEEE 754 bytes."""
+    """A REAL32 next to a 24-bit integer keeps its IEEE 754 bytes."""
     kinds = {kind.name: kind for kind in DATA_TYPES.values()}
     real = entry(kinds["REAL32"], 0)
     real.value = 1.5

@@ -47,7 +47,7 @@ def test_a_value_has_three_types(cell: Master) -> None:
 
 
 def test_a_small_integer_saturates(cell: Master) -> None:
-    """What does not fit INTEGER16 shows as its end, not as a smaller force."""
+    """A value beyond INTEGER16 is shown as the end of its range."""
     for force, shown in ((4000.0, 32767), (-4000.0, -32768)):
         show(cell, load_force=force)
         assert cell.remote.sdo[0x7130][1].raw == shown
@@ -58,7 +58,7 @@ def test_a_small_integer_saturates(cell: Master) -> None:
     [(PASCAL, 1e7, 1e9), (MEGAPASCAL, 10.0, 1000), (MILLIBAR, 1e5, 1e7)],
 )
 def test_unit_can_be_chosen(transmitter: Master, unit: int, value: float, digits: float) -> None:
-    """The same pressure in another unit; span and scaling go with it."""
+    """In another unit the value is the same pressure; span and scaling are converted."""
     transmitter.remote.sdo[0x6131][1].raw = unit
     transmitter.run(1)
     assert real(transmitter, 0x6130) == pytest.approx(value)
@@ -69,12 +69,12 @@ def test_unit_can_be_chosen(transmitter: Master, unit: int, value: float, digits
 
 @pytest.mark.parametrize("unit", [KILONEWTON, 0x00550000, 0x004E0001])
 def test_a_pressure_is_no_force(transmitter: Master, unit: int) -> None:
-    """A unit of another quantity, or one nobody knows, is refused with 0609 0030."""
+    """A unit of another quantity, or an unknown unit, is refused with 0609 0030."""
     assert transmitter.abort_code(0x6131, 1, unit.to_bytes(4, "little")) == 0x06090030
 
 
 def test_scaling_goes_through_two_points(cell: Master) -> None:
-    """The second point says what one millivolt per volt stands for."""
+    """The second point sets the value of 1 mV/V."""
     cell.remote.sdo[0x6123][1].raw = 10000.0
     cell.run(1)
     assert real(cell, 0x6130) == pytest.approx(1000.0)
@@ -84,7 +84,7 @@ def test_scaling_goes_through_two_points(cell: Master) -> None:
 
 
 def test_two_points_must_differ(cell: Master) -> None:
-    """No line goes through one point."""
+    """Two equal points are refused."""
     assert cell.abort_code(0x6122, 1, struct.pack("<f", 0.0)) == 0x06090030
 
 
@@ -107,7 +107,7 @@ def test_autozero_makes_now_zero(cell: Master) -> None:
 
 
 def test_tare_leaves_the_gross_value(cell: Master) -> None:
-    """After "tara" the net value reads 0, the process value what it did."""
+    """After "tara" the net value reads 0, and the process value is unchanged."""
     assert cell.abort_code(0x6139, 1, TARA) == 0
     cell.run(1)
     assert (real(cell, 0x6130), real(cell, 0x6140)) == pytest.approx((500.0, 0.0))
@@ -133,7 +133,7 @@ def test_zero_of_one_input_leaves_the_others(transmitter: Master) -> None:
 
 
 def test_stored_zero_survives_a_reset(cell: Master) -> None:
-    """A zero that was saved holds after an NMT reset; one that was not is gone."""
+    """A saved zero is kept over an NMT reset, an unsaved one is lost."""
     cell.abort_code(0x6125, 1, ZERO)
     cell.abort_code(0x1010, 1, b"save")
     cell.abort_code(0x6139, 1, TARA)
@@ -144,8 +144,8 @@ def test_stored_zero_survives_a_reset(cell: Master) -> None:
 
 
 @pytest.mark.parametrize(("force", "end", "bits"), [(5001.0, 0, 2), (-5001.0, 0, 4), (10.0, 1, 2)])
-def test_status_tells_overload(cell: Master, force: float, end: int, bits: int) -> None:
-    """Beyond its span, or at the end of the transducer, the status says which way."""
+def test_status_shows_overload(cell: Master, force: float, end: int, bits: int) -> None:
+    """Beyond the span, or at the end of the transducer, the status shows the direction."""
     show(cell, overrange=end, load_force=force)
     assert cell.remote.sdo[0x6150][1].raw == bits
     show(cell, load_force=0.0)
@@ -153,7 +153,7 @@ def test_status_tells_overload(cell: Master, force: float, end: int, bits: int) 
 
 
 def test_emergency_names_only_a_sensor_of_this_node(cell: Master) -> None:
-    """A load cell does not report what happens to pressures."""
+    """A load cell does not report errors of pressures."""
     show(cell, overrange=1, pressure_a=300e5)
     assert cell.data(EMCY) == []
     show(cell, overrange=1, load_force=6000.0)
@@ -161,7 +161,7 @@ def test_emergency_names_only_a_sensor_of_this_node(cell: Master) -> None:
 
 
 def test_an_input_that_is_off_is_not_valid(cell: Master) -> None:
-    """In operating mode 0 the value stands still and the status says so."""
+    """In operating mode 0 the value is kept and the status shows it as invalid."""
     cell.remote.sdo[0x6112][1].raw = 0
     show(cell, load_force=100.0)
     assert real(cell, 0x6130) == pytest.approx(500.0)
@@ -169,7 +169,7 @@ def test_an_input_that_is_off_is_not_valid(cell: Master) -> None:
 
 
 def test_no_number_is_not_valid(cell: Master) -> None:
-    """A sensor that reports no number makes the status say so."""
+    """A reading of NaN sets the status to invalid."""
     show(cell, load_force=float("nan"))
     assert cell.remote.sdo[0x6150][1].raw == 1
     assert real(cell, 0x6130) == pytest.approx(500.0)
@@ -177,11 +177,11 @@ def test_no_number_is_not_valid(cell: Master) -> None:
 
 def values_of(cell: Master, forces: list[float]) -> list[float]:
     """Return the process value in each of some ticks."""
-    seen = []
+    values = []
     for force in forces:
         show(cell, load_force=force)
-        seen.append(float(cell.network.node.dictionary.entry(0x6130, 1).value))
-    return seen
+        values.append(float(cell.network.node.dictionary.entry(0x6130, 1).value))
+    return values
 
 
 def test_moving_average(cell: Master) -> None:
@@ -193,18 +193,18 @@ def test_moving_average(cell: Master) -> None:
 
 
 def test_repeating_average(cell: Master) -> None:
-    """One value for every n samples: their mean, held until the next n have come."""
+    """The value is the mean of n samples, held for the next n samples."""
     cell.remote.sdo[0x61A1][1].raw = 3
     cell.remote.sdo[0x61A0][1].raw = 2
-    seen = values_of(cell, [100.0, 200.0, 300.0] * 4)
-    assert set(map(round, seen[6:])) == {200}
+    values = values_of(cell, [100.0, 200.0, 300.0] * 4)
+    assert set(map(round, values[6:])) == {200}
     jump = values_of(cell, [900.0] * 6)
     assert len(set(map(round, jump))) <= 3
     assert jump[-1] == pytest.approx(900.0)
 
 
 def event_driven(cell: Master, **parameters: float) -> None:
-    """Let TPDO1 be sent on events alone, with these interrupt parameters."""
+    """Make TPDO1 event-driven, with these interrupt parameters."""
     for name, index in (("delta", 0x6133), ("lower", 0x6134), ("upper", 0x6135)):
         if name in parameters:
             cell.remote.sdo[index][1].raw = parameters[name]
@@ -215,7 +215,7 @@ def event_driven(cell: Master, **parameters: float) -> None:
 
 
 def sent(cell: Master, *forces: float) -> list[float]:
-    """Return what TPDO1 tells while the force goes through values."""
+    """Return the forces in TPDO1 for a series of forces."""
     cell.forget()
     for force in forces:
         show(cell, load_force=force)
@@ -223,19 +223,19 @@ def sent(cell: Master, *forces: float) -> list[float]:
 
 
 def test_without_interrupt_every_change_is_sent(cell: Master) -> None:
-    """An event-driven TPDO without delta and limits tells every change."""
+    """An event-driven TPDO without delta and limits is sent at every change."""
     event_driven(cell)
     assert sent(cell, 501.0, 502.0, 502.0, 503.0) == [501.0, 502.0, 503.0]
 
 
 def test_interrupt_delta(cell: Master) -> None:
-    """Only a move by the delta since the last message is one; creeping adds up."""
+    """Only a change by the delta since the last message is an event; small changes add up."""
     event_driven(cell, delta=9.5)
     assert sent(cell, 505.0, 509.0, 510.0, 515.0, 519.0, 500.0) == [510.0, 500.0]
 
 
 def test_interrupt_limits(cell: Master) -> None:
-    """Crossing a limit is told, in both directions, staying beyond is not."""
+    """Crossing a limit in either direction is an event; staying beyond it is not."""
     event_driven(cell, lower=100.0, upper=900.0)
     assert sent(cell, 800.0, 901.0, 950.0, 850.0, 200.0, 99.0, 50.0, 101.0) == [
         901.0,
@@ -245,8 +245,8 @@ def test_interrupt_limits(cell: Master) -> None:
     ]
 
 
-def test_status_is_told_whatever_the_delta(cell: Master) -> None:
-    """A delta gates the value, not the status beside it."""
+def test_status_is_sent_for_any_delta(cell: Master) -> None:
+    """A delta applies to the value, not to the status."""
     event_driven(cell, delta=1e6)
     cell.forget()
     show(cell, overrange=1, load_force=501.0)
@@ -254,7 +254,7 @@ def test_status_is_told_whatever_the_delta(cell: Master) -> None:
 
 
 def test_event_timer_and_delta_work_together(cell: Master) -> None:
-    """With both, the timer's message comes and a jump need not wait for it."""
+    """With both, messages are sent by the timer, and at once for a jump."""
     cell.remote.sdo[0x6133][1].raw = 10.0
     cell.remote.sdo[0x1800][5].raw = 50
     cell.start()
@@ -265,7 +265,7 @@ def test_event_timer_and_delta_work_together(cell: Master) -> None:
 
 
 def test_autozero_and_tare_by_rpdo(cell: Master) -> None:
-    """A controller may send the signatures in RPDO1; other data there do nothing."""
+    """A controller may send the signatures in RPDO1; other data are ignored."""
     cell.remote.sdo[0x1400][1].raw = RPDO1
     cell.start()
     cell.send(RPDO1, bytes(4) + TARA)

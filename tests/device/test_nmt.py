@@ -9,12 +9,12 @@ START, STOP, PRE_OPERATIONAL, RESET_NODE, RESET_COMMUNICATION = 1, 2, 128, 129, 
 
 
 def test_boot_up_comes_by_itself(master: Master) -> None:
-    """A device that is switched on announces itself before anything else."""
+    """The first frame of a device that is switched on is the boot-up message."""
     assert [(f.can_id, f.data) for f in master.frames] == [(HEARTBEAT, b"\x00")]
 
 
 def test_boot_up_leads_to_pre_operational(master: Master) -> None:
-    """A stock master sees PRE-OPERATIONAL in the first heartbeat, unasked."""
+    """The first heartbeat after boot-up shows PRE-OPERATIONAL."""
     master.run(101)
     assert master.remote.nmt.state == "PRE-OPERATIONAL"
     assert master.data(HEARTBEAT)[-1] == bytes([127])
@@ -23,7 +23,7 @@ def test_boot_up_leads_to_pre_operational(master: Master) -> None:
 @pytest.mark.parametrize(("command", "state"), [(START, 5), (STOP, 4), (PRE_OPERATIONAL, 127)])
 @pytest.mark.parametrize("address", [0, NODE_ID])
 def test_commands_reach_the_node(master: Master, command: int, state: int, address: int) -> None:
-    """The node obeys commands to itself and to all."""
+    """The node executes commands to itself and to all nodes."""
     master.nmt(command, address)
     master.run(100)
     assert master.data(HEARTBEAT)[-1] == bytes([state])
@@ -50,8 +50,8 @@ def test_reset_node_reloads_everything(master: Master) -> None:
     assert master.remote.sdo[0x1017].raw == 100
 
 
-def test_reset_communication_spares_the_application(master: Master) -> None:
-    """After reset communication 0x1000 to 0x1FFF have their defaults, the rest its values."""
+def test_reset_communication_keeps_application_parameters(master: Master) -> None:
+    """Reset communication restores the defaults of 0x1000 to 0x1FFF only."""
     master.remote.sdo["valve_current_safe"].raw = 7
     master.remote.sdo[0x1017].raw = 50
     master.forget()
@@ -71,7 +71,7 @@ def test_reset_restores_pdo_parameters(master: Master) -> None:
 
 
 def test_stopped_leaves_nmt_and_error_control_only(master: Master) -> None:
-    """In STOPPED neither SDO nor PDO nor EMCY is served, yet the heartbeat goes on."""
+    """In STOPPED SDO, PDO and EMCY are off, and the heartbeat continues."""
     master.start()
     master.nmt(STOP)
     master.forget()
@@ -85,7 +85,7 @@ def test_stopped_leaves_nmt_and_error_control_only(master: Master) -> None:
 
 
 def test_emergency_of_stopped_is_sent_afterwards(master: Master) -> None:
-    """An error that arose in STOPPED is reported once the node may speak again."""
+    """An error in STOPPED is reported after the node has left STOPPED."""
     master.nmt(STOP)
     master.measure(overrange=(1, 0, 0, 0, 0))
     master.run(5)
@@ -94,7 +94,7 @@ def test_emergency_of_stopped_is_sent_afterwards(master: Master) -> None:
     assert len(master.data(EMCY)) == 1
 
 
-def test_pdos_live_in_operational_only(master: Master) -> None:
+def test_pdos_are_active_in_operational_only(master: Master) -> None:
     """In PRE-OPERATIONAL no TPDO is sent, whether by timer, SYNC or remote frame."""
     master.send(SYNC)
     master.send(TPDO1, remote=True)
@@ -102,7 +102,7 @@ def test_pdos_live_in_operational_only(master: Master) -> None:
     assert master.data(TPDO1) == master.data(TPDO4) == []
 
 
-def test_sdo_requests_before_a_reset_die_with_it(master: Master) -> None:
+def test_a_reset_drops_sdo_requests(master: Master) -> None:
     """A reset drops answers not yet sent."""
     request = bytes.fromhex("4000100000000000")
     master.network.tick(Frame(0x600 + NODE_ID, request), Frame(0, bytes([RESET_NODE, 0])))
@@ -110,7 +110,7 @@ def test_sdo_requests_before_a_reset_die_with_it(master: Master) -> None:
 
 
 def test_answers_not_sent_before_stopped_are_dropped(master: Master) -> None:
-    """A request that STOPPED overtakes is not answered when the node may speak again."""
+    """A request before STOPPED is not answered after the node has left STOPPED."""
     request = bytes.fromhex("4000100000000000")
     master.network.tick(Frame(0x600 + NODE_ID, request), Frame(0, bytes([STOP, 0])))
     master.nmt(PRE_OPERATIONAL)

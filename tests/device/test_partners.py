@@ -1,4 +1,4 @@
-"""Who must stay alive: heartbeat consumer, guarding, and what follows a loss (CiA 301)."""
+"""Heartbeat consumer, guarding, and the reaction to a loss (CiA 301)."""
 
 import pytest
 from device_master import EMCY, HEARTBEAT, RPDO1, Master
@@ -16,7 +16,7 @@ def codes(master: Master) -> list[int]:
 
 
 def watch(master: Master, time_ms: int) -> None:
-    """Let the device watch its partner's heartbeat."""
+    """Make the device monitor its partner's heartbeat."""
     master.remote.sdo[0x1016][1].raw = PARTNER_ID << 16 | time_ms
 
 
@@ -28,7 +28,7 @@ def state(master: Master) -> int:
 
 
 def test_lost_heartbeat_is_reported_and_stops_the_plant(master: Master) -> None:
-    """Silence for the time: EMCY 0x8130 with the node-ID, PRE-OPERATIONAL, safe commands."""
+    """After the time-out: EMCY 0x8130 with the node-ID, PRE-OPERATIONAL, safe commands."""
     master.remote.sdo[0x1400][5].raw = 0
     watch(master, 50)
     master.start()
@@ -44,8 +44,8 @@ def test_lost_heartbeat_is_reported_and_stops_the_plant(master: Master) -> None:
     assert state(master) == PRE_OPERATIONAL
 
 
-def test_regular_heartbeats_keep_the_peace(master: Master) -> None:
-    """A partner faster than its time is never reported."""
+def test_regular_heartbeats_cause_no_error(master: Master) -> None:
+    """A partner whose heartbeats are in time is never reported."""
     watch(master, 50)
     for _ in range(10):
         master.send(PARTNER, b"\x05")
@@ -61,7 +61,7 @@ def test_partner_is_not_missed_before_its_first_heartbeat(master: Master) -> Non
 
 
 def test_returning_partner_ends_the_error(master: Master) -> None:
-    """The next heartbeat brings the error reset, and monitoring goes on."""
+    """The next heartbeat causes the error reset, and monitoring continues."""
     watch(master, 50)
     master.send(PARTNER, b"\x05")
     master.run(60)
@@ -82,7 +82,7 @@ def test_one_node_is_watched_once(master: Master) -> None:
 
 @pytest.mark.parametrize(("behaviour", "then"), [(0, PRE_OPERATIONAL), (1, 5), (2, STOPPED)])
 def test_error_behaviour_decides_the_state(master: Master, behaviour: int, then: int) -> None:
-    """0x1029:01 says where a lost heartbeat leads."""
+    """0x1029:01 is the state after a lost heartbeat."""
     master.remote.sdo[0x1029][1].raw = behaviour
     watch(master, 50)
     master.start()
@@ -102,7 +102,7 @@ def guard(master: Master) -> list[int]:
     return [frame.data[0] for frame in sent if frame.can_id == HEARTBEAT]
 
 
-def test_guarding_tells_the_state_and_toggles(master: Master) -> None:
+def test_guarding_answers_with_state_and_toggle_bit(master: Master) -> None:
     """Answers alternate bit 7, from 0 after boot-up."""
     master.remote.sdo[0x1017].raw = 0
     assert [guard(master) for _ in range(3)] == [[127], [127 | 0x80], [127]]
@@ -135,7 +135,7 @@ def test_lost_master_is_reported(master: Master) -> None:
 
 
 def test_each_partner_has_its_own_time(master: Master) -> None:
-    """A slow partner that is heard last does not excuse a fast one."""
+    """A later heartbeat of a slow partner does not delay the time-out of a fast one."""
     watch(master, 50)
     master.remote.sdo[0x1016][2].raw = 10 << 16 | 500
     master.send(PARTNER, b"\x05")
@@ -145,7 +145,7 @@ def test_each_partner_has_its_own_time(master: Master) -> None:
 
 
 def test_reset_ends_monitoring(master: Master) -> None:
-    """Reset communication clears 0x1016, and with it whom to miss."""
+    """Reset communication clears 0x1016 and ends monitoring."""
     watch(master, 50)
     master.send(PARTNER, b"\x05")
     master.nmt(130)

@@ -1,4 +1,4 @@
-"""Changing PDOs by SDO: a stock client that keeps the rules, and raw writes that break them."""
+"""Changing PDOs by SDO: a stock client that follows the rules, and raw writes that violate them."""
 
 import struct
 from pathlib import Path
@@ -31,7 +31,7 @@ def switch_off(master: Master, communication: int) -> None:
 
 
 def test_stock_client_remaps_a_tpdo(master: Master) -> None:
-    """What a stock client saves is what then comes, under the new identifier."""
+    """A TPDO remapped by a stock client is sent with the new mapping and identifier."""
     tpdo = master.remote.tpdo[2]
     master.remote.tpdo.read()
     tpdo.clear()
@@ -121,7 +121,7 @@ def test_restricted_identifiers_are_refused(
 
 @pytest.mark.parametrize("communication", [0x1400, 0x1800])
 def test_a_device_may_have_no_29_bit_identifiers(master: Master, communication: int) -> None:
-    """A device that is said to have 11-bit identifiers only refuses others: 0609 0030."""
+    """A device with `extended_ids = false` refuses 29-bit identifiers: 0609 0030."""
     switch_off(master, communication)
     assert master.abort_code(communication, 1, u32(EXTENDED | 0x12345)) == 0
     switch_off(master, communication)
@@ -135,8 +135,8 @@ def test_services_other_than_pdos_have_11_bits(master: Master) -> None:
         assert master.abort_code(index, 0, u32(EXTENDED | 0x12345)) == INVALID_VALUE
 
 
-def test_a_29_bit_tpdo_is_sent_and_asked_for_as_such(master: Master) -> None:
-    """Its frames have bit 29's format, and only a remote frame of that format requests it."""
+def test_a_29_bit_tpdo_uses_extended_frames(master: Master) -> None:
+    """Its frames are extended, and only an extended remote frame requests it."""
     switch_off(master, 0x1800)
     assert master.abort_code(0x1800, 2, b"\xfd") == 0
     assert master.abort_code(0x1800, 1, u32(EXTENDED | 0x18F00185)) == 0
@@ -149,8 +149,8 @@ def test_a_29_bit_tpdo_is_sent_and_asked_for_as_such(master: Master) -> None:
 
 
 @pytest.mark.parametrize("can_id", [0x18EF0500, 0x205])
-def test_a_29_bit_rpdo_takes_no_other_frames(master: Master, can_id: int) -> None:
-    """The same number in an 11-bit frame is another identifier."""
+def test_a_29_bit_rpdo_ignores_other_frames(master: Master, can_id: int) -> None:
+    """An 11-bit frame with the same number has another identifier."""
     switch_off(master, 0x1400)
     assert master.abort_code(0x1400, 1, u32(EXTENDED | can_id)) == 0
     master.start()
@@ -174,7 +174,7 @@ def test_a_29_bit_rpdo_takes_no_other_frames(master: Master, can_id: int) -> Non
     ],
 )
 def test_transmission_types(master: Master, communication: int, kind: int, code: int) -> None:
-    """Reserved types are refused, and those on request for an RPDO."""
+    """Reserved types are refused, and types 252 and 253 for an RPDO."""
     assert master.abort_code(communication, 2, bytes([kind])) == code
 
 
@@ -185,8 +185,8 @@ def test_inhibit_time_is_locked_while_the_pdo_exists(master: Master) -> None:
     assert master.abort_code(0x1800, 3, b"\x0a\0") == 0
 
 
-def test_deleted_pdos_are_silent_and_deaf(master: Master) -> None:
-    """Bit 31 takes a PDO off the bus, in OPERATIONAL too, and back."""
+def test_deleted_pdos_neither_send_nor_receive(master: Master) -> None:
+    """Bit 31 disables and enables a PDO, also in OPERATIONAL."""
     master.start()
     switch_off(master, 0x1800)
     switch_off(master, 0x1400)
@@ -201,8 +201,8 @@ def test_deleted_pdos_are_silent_and_deaf(master: Master) -> None:
     assert len(master.data(TPDO1)) == 5
 
 
-def test_event_timer_can_be_changed_on_the_run(master: Master) -> None:
-    """A new event timer counts from its write."""
+def test_event_timer_can_be_changed_in_operational(master: Master) -> None:
+    """A new event timer starts at its write."""
     master.start()
     master.remote.sdo[0x1801][5].raw = 10
     master.forget()
@@ -244,7 +244,7 @@ def test_identifiers_follow_the_node_id(master: Master) -> None:
 
 
 def test_faulty_mapping_of_an_unused_pdo_keeps_it_unused(tmp_path: Path) -> None:
-    """A PDO that is off by default may map nonsense; it then cannot be switched on."""
+    """A PDO that is off by default may have an impossible mapping; it cannot be enabled."""
     eds = edited(
         tmp_path,
         ("DefaultValue=$NODEID+0x180\n", "DefaultValue=$NODEID+0x80000180\n"),
@@ -260,7 +260,7 @@ def test_faulty_mapping_of_an_unused_pdo_keeps_it_unused(tmp_path: Path) -> None
 
 
 def test_strings_cannot_be_mapped(tmp_path: Path) -> None:
-    """An object without a fixed length has no place in a PDO, whatever the EDS says."""
+    """An object without a fixed length cannot be mapped, even with PDOMapping=1."""
     old = "DataType=0x0009\nAccessType=const\nDefaultValue=Hydraulic actuator emulator\n"
     eds = edited(tmp_path, (old + "PDOMapping=0", old + "PDOMapping=1"))
     dictionary = Dictionary.from_eds(eds, NODE_ID)
@@ -271,7 +271,7 @@ def test_strings_cannot_be_mapped(tmp_path: Path) -> None:
 
 
 def test_an_eds_may_give_29_bits(tmp_path: Path) -> None:
-    """A default COB-ID with bit 29 is that of the device, also where its low bits are 0x180."""
+    """A default COB-ID with bit 29 is kept, even if its low bits are 0x180."""
     eds = edited(tmp_path, ("DefaultValue=$NODEID+0x180\n", "DefaultValue=0x38F00180\n"))
     node = Node(Dictionary.from_eds(eds, NODE_ID), CHANNELS, {"valve_current": 0.0})
     master = booted(node, eds)

@@ -56,20 +56,20 @@ def state(master: Master, number: int = 1) -> tuple[int, int, int]:
 
 
 def control(master: Master, command: int, number: int = 1) -> int:
-    """Give a command; return the code it is aborted with, 0 if it is not."""
+    """Write a command; return its abort code, 0 for success."""
     return master.abort_code(CONTROL, number, bytes([command]))
 
 
-def test_a_device_without_a_program_says_so(bootloader: Master) -> None:
-    """Nothing to start, nothing to compare."""
+def test_a_device_without_a_program_refuses_start(bootloader: Master) -> None:
+    """Without a program there is no start and no checksum."""
     assert state(bootloader) == (STOP, 0, NO_VALID_PROGRAM)
     assert control(bootloader, START) == NO_DATA
     assert control(bootloader, RESET) == NO_DATA
 
 
 @pytest.mark.parametrize("size", [1, 8, len(IMAGE)])
-def test_a_master_finds_the_checksum_of_what_it_has_written(bootloader: Master, size: int) -> None:
-    """Stop, clear, download, compare, start; the other program is as it was."""
+def test_the_checksum_is_that_of_the_download(bootloader: Master, size: int) -> None:
+    """After stop, clear, download and start the checksum agrees; the other program is unchanged."""
     assert control(bootloader, STOP) == 0
     assert control(bootloader, CLEAR) == 0
     load(bootloader, IMAGE[:size])
@@ -80,14 +80,14 @@ def test_a_master_finds_the_checksum_of_what_it_has_written(bootloader: Master, 
 
 
 def test_segments_write_the_same_program_as_blocks(bootloader: Master) -> None:
-    """A master without block transfer is served too."""
+    """A master without block transfer can download, too."""
     load(bootloader)
     assert bootloader.abort_code(DATA, 2, IMAGE) == 0
     assert state(bootloader, 1) == state(bootloader, 2)
 
 
 def test_a_running_program_is_neither_written_nor_cleared(bootloader: Master) -> None:
-    """It has to be stopped first; what was refused has changed nothing."""
+    """It has to be stopped first; a refused access changes nothing."""
     load(bootloader)
     control(bootloader, START)
     running = state(bootloader)
@@ -102,14 +102,14 @@ def test_a_running_program_is_neither_written_nor_cleared(bootloader: Master) ->
 
 
 def test_an_unknown_command_is_refused(bootloader: Master) -> None:
-    """0609 0030 for what is none of the four."""
+    """A command other than the four defined is refused with 0609 0030."""
     load(bootloader)
     assert control(bootloader, 4) == INVALID_VALUE
 
 
 @pytest.mark.parametrize("command", [129, 130])
-def test_a_program_outlasts_a_reset(bootloader: Master, command: int) -> None:
-    """Flash memory is no parameter: resets and restored defaults leave it."""
+def test_a_program_survives_a_reset(bootloader: Master, command: int) -> None:
+    """Programs are not parameters: resets and restored defaults do not change them."""
     load(bootloader)
     control(bootloader, START)
     before = state(bootloader)
@@ -120,7 +120,7 @@ def test_a_program_outlasts_a_reset(bootloader: Master, command: int) -> None:
 
 
 def test_a_program_is_not_saved_with_the_parameters(bootloader: Master) -> None:
-    """What is saved by 0x1010 while a program runs does not come back when it is gone."""
+    """Saving by 0x1010 while a program runs does not restore a program that was cleared."""
     load(bootloader)
     control(bootloader, START)
     assert bootloader.abort_code(0x1010, 1, b"save") == 0
@@ -131,6 +131,6 @@ def test_a_program_is_not_saved_with_the_parameters(bootloader: Master) -> None:
     assert state(bootloader) == (STOP, 0, NO_VALID_PROGRAM)
 
 
-def test_the_shipped_device_takes_no_program(master: Master) -> None:
-    """Its EDS has none of the objects, so none of them exists."""
+def test_the_shipped_device_has_no_program_objects(master: Master) -> None:
+    """The objects do not exist if the EDS lacks them."""
     assert {master.abort_code(index, 1) for index in (DATA, CONTROL)} == {0x0602_0000}

@@ -1,4 +1,4 @@
-"""Whatever is on the bus, the node goes on."""
+"""The node continues to work after any frames."""
 
 import random
 
@@ -35,7 +35,7 @@ def new_node() -> Node:
 
 
 def answers_sdo(node: Node, now_ns: int) -> bool:
-    """Return whether a reset node boots and tells its device type."""
+    """Return whether a reset node boots and answers a read of its device type."""
     node.receive(now_ns, [RESET])
     assert [f.can_id for f in node.publish(now_ns, MEASURED)] == [HEARTBEAT]
     node.receive(now_ns + 1, [READ_DEVICE_TYPE])
@@ -44,7 +44,7 @@ def answers_sdo(node: Node, now_ns: int) -> bool:
 
 
 def random_frame(rng: random.Random) -> Frame:
-    """Return any frame; half of them with an identifier the node listens to."""
+    """Return a random frame; half of the frames have an identifier that the node accepts."""
     listened = (0x000, 0x080, 0x185, 0x205, 0x485, SDO_REQUEST)
     can_id = rng.choice(listened) if rng.random() < 0.5 else rng.getrandbits(11)
     data = rng.randbytes(8 if rng.random() < 0.6 else rng.randrange(9))
@@ -73,7 +73,7 @@ def test_hundred_thousand_random_frames() -> None:
 @settings(max_examples=100, deadline=None)
 @given(st.lists(st.lists(frames, max_size=6), max_size=12))
 def test_any_frames_in_any_ticks(ticks: list[list[Frame]]) -> None:
-    """No sequence of frames raises, and what is sent is always a sendable frame."""
+    """No sequence of frames raises an error, and every frame sent is valid."""
     node = new_node()
     for tick, batch in enumerate([[Frame(0, b"\x01\x00")], *ticks], start=1):
         commands = node.receive(tick * 1_000_000, batch)

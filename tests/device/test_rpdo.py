@@ -25,7 +25,7 @@ def codes(master: Master) -> list[int]:
 
 
 def test_stock_master_moves_the_valve(master: Master) -> None:
-    """A set point sent by a master that knows nothing but the EDS is in force in its tick."""
+    """A set point of a master that uses only the EDS is in force in the tick of its reception."""
     master.remote.rpdo.read()
     master.start()
     master.remote.rpdo[1]["valve_current"].phys = 0.005
@@ -34,7 +34,7 @@ def test_stock_master_moves_the_valve(master: Master) -> None:
 
 
 def test_commands_are_safe_outside_operational(master: Master) -> None:
-    """Neither PRE-OPERATIONAL nor leaving OPERATIONAL lets a set point act."""
+    """A set point does not act in PRE-OPERATIONAL or after OPERATIONAL was left."""
     master.send(RPDO1, current(0.005))
     assert master.commands == {"valve_current": SAFE_CURRENT}
     for command in (2, 128, 129, 130):
@@ -65,7 +65,7 @@ def test_set_point_written_before_the_start_waits_for_it(master: Master) -> None
 
 
 def test_safe_value_can_be_set_by_sdo(master: Master) -> None:
-    """A new safe value is in force at once, and stays so over the start of the node."""
+    """A new safe value is in force at once, and is kept over the start of the node."""
     master.remote.sdo["valve_current_safe"].raw = 4_000_000
     assert master.commands == {"valve_current": pytest.approx(0.004)}
     master.nmt(1)
@@ -77,7 +77,7 @@ def test_safe_value_can_be_set_by_sdo(master: Master) -> None:
 
 @pytest.mark.parametrize(("asked", "got"), [(0.011, 0.01), (-2.0, -0.01)])
 def test_set_points_saturate_at_the_limits(master: Master, asked: float, got: float) -> None:
-    """A set point beyond the object's limits acts as the limit."""
+    """A set point beyond the object's limits is saturated."""
     master.start()
     master.send(RPDO1, current(asked))
     assert master.commands == {"valve_current": pytest.approx(got)}
@@ -85,7 +85,7 @@ def test_set_points_saturate_at_the_limits(master: Master, asked: float, got: fl
 
 @pytest.mark.parametrize("kind", [0, 1, 240])
 def test_synchronous_set_point_waits_for_sync(master: Master, kind: int) -> None:
-    """Types 0 to 240 act with the SYNC after them, the last one received wins."""
+    """Types 0 to 240 act with the next SYNC; the last one received is used."""
     master.remote.sdo[0x1400][2].raw = kind
     master.start()
     master.send(RPDO1, current(0.002))
@@ -96,7 +96,7 @@ def test_synchronous_set_point_waits_for_sync(master: Master, kind: int) -> None
 
 
 def test_short_rpdo_is_ignored_and_reported_once(master: Master) -> None:
-    """Too few bytes: EMCY 0x8210, no effect; a good RPDO ends the error."""
+    """Too few bytes: EMCY 0x8210, no effect; a correct RPDO ends the error."""
     master.start()
     for _ in range(3):
         master.send(RPDO1, current(0.002)[:3])
@@ -109,7 +109,7 @@ def test_short_rpdo_is_ignored_and_reported_once(master: Master) -> None:
 
 
 def test_long_rpdo_is_used_and_reported(master: Master) -> None:
-    """Too many bytes: EMCY 0x8220, and the mapped part counts."""
+    """Too many bytes: EMCY 0x8220, and the mapped part is used."""
     master.start()
     master.send(RPDO1, current(0.002) + b"\xff")
     assert master.commands == {"valve_current": pytest.approx(0.002)}
@@ -142,7 +142,7 @@ def test_new_rpdo_ends_the_missed_deadline(master: Master) -> None:
 
 
 def test_deadline_is_not_monitored_before_the_first_rpdo(master: Master) -> None:
-    """A master that has not begun to command is not late; nor is it after a new start."""
+    """The deadline is not monitored before the first RPDO, also after a new start."""
     master.start()
     master.run(100)
     assert codes(master) == []
@@ -163,7 +163,7 @@ def test_rpdo_each_deadline_is_in_time(master: Master) -> None:
 
 
 def test_deadline_can_be_switched_off(master: Master) -> None:
-    """With an event timer of 0 a set point holds for ever."""
+    """With an event timer of 0 a set point has no deadline."""
     master.remote.sdo[0x1400][5].raw = 0
     master.start()
     master.send(RPDO1, current(0.005))
@@ -172,8 +172,8 @@ def test_deadline_can_be_switched_off(master: Master) -> None:
     assert codes(master) == []
 
 
-def test_old_set_point_does_not_outlive_operational(master: Master) -> None:
-    """A set point of the last run is gone with the next start, until a new RPDO comes."""
+def test_a_set_point_ends_with_operational(master: Master) -> None:
+    """After the next start the safe value is in force until a new RPDO arrives."""
     for command in (2, 128, 129, 130):
         master.nmt(1)
         master.send(RPDO1, current(0.005))
@@ -192,7 +192,7 @@ def test_reset_forgets_a_preset(master: Master) -> None:
 
 
 def test_real_set_points_must_be_finite(tmp_path: Path) -> None:
-    """A REAL32 set point takes no infinity and no NaN: by RPDO ignored, by SDO 0609 0030."""
+    """Infinity and NaN are ignored by RPDO and refused by SDO with 0609 0030."""
     old = "ParameterName=valve_current\nObjectType=0x7\nDataType=0x0004\nAccessType=rww\n"
     limits = "LowLimit=-10000000\nHighLimit=10000000\n"
     new = old.replace("0004", "0008")

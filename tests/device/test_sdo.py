@@ -1,4 +1,4 @@
-"""The SDO server: a stock client where it can, raw requests where a client must misbehave."""
+"""The SDO server: with a stock client, and with raw requests for protocol errors."""
 
 import pytest
 from device_master import NODE_ID, READINGS, SDO_ANSWER, SDO_REQUEST, TPDO1, Master
@@ -15,7 +15,7 @@ def aborted(answer: str) -> int:
 
 
 def test_device_type_is_read_expedited(master: Master) -> None:
-    """0x1000 says CiA 408 in one frame with the size indicated."""
+    """0x1000 is read in one frame with the size indicated, and names CiA 408."""
     assert master.request("4000100000000000") == "4300100098010000"
 
 
@@ -25,7 +25,7 @@ def test_strings_are_read_in_segments(master: Master) -> None:
 
 
 def test_segmented_upload_on_the_wire(master: Master) -> None:
-    """The size comes first, the toggle bit alternates, the last segment says so and is padded."""
+    """The size comes first, the toggle bit alternates, the last segment is marked and padded."""
     assert master.request("4008100000000000") == "410810001b000000"
     heads = [master.request(toggle + "00" * 7)[:2] for toggle in ("60", "70", "60", "70")]
     # 27 bytes: three full segments, then one with one byte of padding (n = 1 in bits 1 to 3)
@@ -34,13 +34,13 @@ def test_segmented_upload_on_the_wire(master: Master) -> None:
 
 @pytest.mark.parametrize("segmented", [False, True])
 def test_written_values_are_read_back(master: Master, segmented: bool) -> None:
-    """A write is stored whichever way the stock client transfers it."""
+    """A write of the stock client is stored, expedited or segmented."""
     master.remote.sdo.download(0x1017, 0, b"\x34\x12", force_segment=segmented)
     assert master.remote.sdo[0x1017].raw == 0x1234
 
 
 def test_read_shows_the_sample_of_the_same_tick(master: Master) -> None:
-    """What an SDO reads and what the tick's TPDO carries is one value."""
+    """An SDO read and the tick's TPDO have the same value."""
     master.start()
     master.measure((12.0e6, *READINGS[1:]))
     request = Frame(SDO_REQUEST, bytes.fromhex("4010200000000000"))
@@ -53,7 +53,7 @@ def test_read_shows_the_sample_of_the_same_tick(master: Master) -> None:
     [(0x1004, 0, 0x06020000), (0x1000, 1, 0x06090011), (0x1018, 5, 0x06090011)],
 )
 def test_absent_objects_are_refused(master: Master, index: int, subindex: int, code: int) -> None:
-    """An absent object and an absent sub-index have codes of their own, for read and write."""
+    """An absent object and an absent sub-index have different codes, for read and write."""
     assert master.abort_code(index, subindex) == code
     assert master.abort_code(index, subindex, b"\0") == code
 
@@ -70,7 +70,7 @@ def test_read_only_objects_refuse_writes(master: Master, index: int) -> None:
     ("data", "code"), [(bytes(4), 0x06070012), (bytes(3), 0x06070012), (bytes(1), 0x06070013)]
 )
 def test_wrong_lengths_are_refused(master: Master, data: bytes, code: int, segmented: bool) -> None:
-    """UNSIGNED16 takes two bytes, neither more nor fewer, however they come."""
+    """UNSIGNED16 accepts exactly two bytes, expedited or segmented."""
     if segmented:
         size = len(data).to_bytes(4, "little").hex()
         assert aborted(master.request("21171000" + size)) == code
@@ -80,13 +80,13 @@ def test_wrong_lengths_are_refused(master: Master, data: bytes, code: int, segme
 
 
 def test_expedited_write_without_size_takes_the_objects_length(master: Master) -> None:
-    """With the size not indicated, the object's own length counts."""
+    """With the size not indicated, the object's length is used."""
     assert master.request("22171000d2040000") == "6017100000000000"
     assert master.remote.sdo[0x1017].raw == 1234
 
 
 def test_segmented_write_longer_than_announced_is_refused(master: Master) -> None:
-    """Two bytes announced and one sent is a length mismatch."""
+    """One byte instead of two announced bytes is a length mismatch."""
     assert master.request("2117100002000000") == "6017100000000000"
     assert aborted(master.request("0d01000000000000")) == 0x06070010
 
@@ -95,7 +95,7 @@ def test_segmented_write_longer_than_announced_is_refused(master: Master) -> Non
     ("value", "code"), [(10_000_001, 0x06090031), (-10_000_001, 0x06090032), (10_000_000, 0)]
 )
 def test_limits_of_the_eds_are_kept(master: Master, value: int, code: int) -> None:
-    """Values beyond LowLimit and HighLimit are refused and leave the object as it was."""
+    """Values beyond LowLimit and HighLimit are refused and do not change the object."""
     data = value.to_bytes(4, "little", signed=True)
     assert master.abort_code(0x2001, 0, data) == code
     assert master.remote.sdo["valve_current_safe"].raw == (1_000_000 if code else value)
@@ -103,13 +103,13 @@ def test_limits_of_the_eds_are_kept(master: Master, value: int, code: int) -> No
 
 @pytest.mark.parametrize("request_", ["e000100000000000", "ff00100000000000"])
 def test_unknown_commands_are_refused(master: Master, request_: str) -> None:
-    """A command specifier that is none aborts with 0504 0001."""
+    """An undefined command specifier aborts with 0504 0001."""
     assert aborted(master.request(request_)) == 0x05040001
 
 
 @pytest.mark.parametrize("request_", ["6000000000000000", "0000000000000000"])
 def test_segments_without_a_transfer_are_refused(master: Master, request_: str) -> None:
-    """A segment nobody announced is out of sequence, 0504 0001."""
+    """A segment without a transfer aborts with 0504 0001."""
     assert aborted(master.request(request_)) == 0x05040001
 
 
@@ -134,7 +134,7 @@ def test_repeated_toggle_is_refused(master: Master) -> None:
 
 
 def test_silent_client_times_out(master: Master) -> None:
-    """One second after the last segment the server gives up, once, with 0504 0000."""
+    """1 s after the last segment the server aborts once with 0504 0000."""
     master.request("4008100000000000")
     master.run(998)
     before = len(master.data(SDO_ANSWER))
@@ -154,14 +154,14 @@ def test_client_may_abort(master: Master) -> None:
 
 
 def test_new_request_replaces_an_unfinished_transfer(master: Master) -> None:
-    """A client that starts over is served."""
+    """A client that restarts a transfer is served."""
     master.request("4008100000000000")
     assert master.request("4000100000000000") == "4300100098010000"
 
 
 @pytest.mark.parametrize("length", [0, 1, 7])
 def test_short_frames_are_no_requests(master: Master, length: int) -> None:
-    """An SDO has eight bytes; anything else stays unanswered."""
+    """A frame of other than eight bytes is not an SDO and is not answered."""
     assert master.request("4000100000000000"[: 2 * length]) == ""
 
 
@@ -174,8 +174,8 @@ def test_several_requests_in_one_tick_are_all_answered(master: Master) -> None:
     assert answers == ["4b17100064000000", "6017100000000000", "4b17100032000000"]
 
 
-def test_server_parameter_tells_the_identifiers(master: Master) -> None:
-    """0x1200 holds the identifiers the server does use."""
+def test_server_parameter_has_the_identifiers(master: Master) -> None:
+    """0x1200 holds the identifiers that the server uses."""
     assert master.remote.sdo[0x1200][1].raw == 0x600 + NODE_ID
     assert master.remote.sdo[0x1200][2].raw == 0x580 + NODE_ID
 

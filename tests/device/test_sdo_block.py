@@ -1,4 +1,4 @@
-"""SDO block transfers: a stock client where it can, raw frames where one gets lost."""
+"""SDO block transfers: with a stock client, and with raw frames for lost segments."""
 
 from pathlib import Path
 
@@ -24,13 +24,13 @@ def log_master(tmp_path: Path) -> Master:
 
 
 def answers(master: Master, *requests: str) -> list[str]:
-    """Return what the device sends for requests that come in one tick."""
+    """Return the answers to requests that arrive in one tick."""
     frames = [Frame(SDO_REQUEST, bytes.fromhex(text)) for text in requests]
     return [f.data.hex() for f in master.network.tick(*frames) if f.can_id == SDO_ANSWER]
 
 
 def aborted(master: Master, request: str) -> int:
-    """Return the code a request is aborted with."""
+    """Return the abort code of a request."""
     (answer,) = answers(master, request)
     assert answer.startswith("80"), answer
     return int.from_bytes(bytes.fromhex(answer)[4:], "little")
@@ -42,7 +42,7 @@ def segment(number: int, data: bytes, *, last: bool = False) -> str:
 
 
 def test_checksum_is_crc_16_xmodem() -> None:
-    """The check value of the nine digits is 0x31C3, as CiA 301 prints it."""
+    """The check value of "123456789" is 0x31C3 (CiA 301)."""
     assert crc(b"123456789") == 0x31C3
 
 
@@ -61,8 +61,8 @@ def test_stock_client_writes_and_reads_blocks(
         assert stream.read() == data
 
 
-def test_lost_download_segment_is_asked_for_again(log_master: Master) -> None:
-    """The acknowledgement names the last segment in sequence; sending goes on from there."""
+def test_lost_download_segment_is_requested_again(log_master: Master) -> None:
+    """The acknowledgement names the last segment in sequence, after which the client continues."""
     assert answers(log_master, "c2ff2f000f000000") == ["a4ff2f007f000000"]
     first, lost, third = b"abcdefg", b"hijklmn", b"o"
     assert answers(log_master, segment(1, first), segment(3, third, last=True)) == [
@@ -76,7 +76,7 @@ def test_lost_download_segment_is_asked_for_again(log_master: Master) -> None:
 
 
 def test_wrong_checksum_stores_nothing(log_master: Master) -> None:
-    """With CRC agreed, a wrong one aborts with 0504 0004."""
+    """With CRC agreed, a wrong checksum aborts with 0504 0004."""
     answers(log_master, "c6ff2f0007000000")
     answers(log_master, segment(1, b"abcdefg", last=True))
     assert aborted(log_master, "c100000000000000") == 0x05040004
@@ -107,7 +107,7 @@ def test_block_download_of_a_number(log_master: Master) -> None:
 
 
 @pytest.mark.parametrize("block", [True, False])
-def test_more_than_there_is_room_for_is_refused_at_once(log_master: Master, block: bool) -> None:
+def test_data_beyond_the_capacity_are_refused_at_once(log_master: Master, block: bool) -> None:
     """600,000 bytes announced for a DOMAIN that takes 131,072 abort the initiate: 0607 0012."""
     sdo = log_master.remote.sdo
     with pytest.raises(canopen.SdoAbortedError) as abort:
@@ -115,10 +115,10 @@ def test_more_than_there_is_room_for_is_refused_at_once(log_master: Master, bloc
     assert abort.value.code == 0x06070012
 
 
-def test_no_segment_is_taken_for_a_request(
+def test_no_segment_is_read_as_a_request(
     log_master: Master, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What grows too long within a block is refused at its end; segment 2B is no write of 1017."""
+    """Data that exceed the length within a block are refused at its end, not at segment 0x2B."""
     monkeypatch.setattr("hil_emulator.device.sdo_segmented.MAX_DOWNLOAD", 70)
     answers(log_master, "c0ff2f0000000000")
     request = bytes.fromhex("17100007000000")
@@ -127,8 +127,8 @@ def test_no_segment_is_taken_for_a_request(
     assert log_master.remote.sdo[0x1017].raw != 7
 
 
-def test_a_client_without_checksums_gets_none(log_master: Master) -> None:
-    """The end of an upload carries 0 where the client did not ask for a checksum (7.2.4.3.15)."""
+def test_a_client_without_checksums_receives_zero(log_master: Master) -> None:
+    """The end of an upload carries 0 if the client requested no checksum (7.2.4.3.15)."""
     answers(log_master, "a008100004000000")
     answers(log_master, "a300000000000000")
     assert answers(log_master, "a204040000000000") == ["c500000000000000"]
@@ -141,7 +141,7 @@ def test_read_only_objects_refuse_blocks(log_master: Master) -> None:
 
 @pytest.mark.parametrize("size", [0, 128, 255])
 def test_block_size_has_a_range(log_master: Master, size: int) -> None:
-    """A block has 1 to 127 segments; 0504 0002 otherwise, at the start and on the way."""
+    """A block has 1 to 127 segments; other sizes abort with 0504 0002, at the start and later."""
     assert aborted(log_master, f"a0081000{size:02x}000000") == 0x05040002
     answers(log_master, "a008100001000000")
     answers(log_master, "a300000000000000")

@@ -18,20 +18,20 @@ def second(master: Master) -> Master:
 
 
 def ask(master: Master, text: str, request: int = REQUEST, answer: int = ANSWER) -> str:
-    """Return the answer on a channel, "" for none."""
+    """Return the answer on a channel, "" without an answer."""
     before = len(master.data(answer))
     master.send(request, bytes.fromhex(text))
     return "".join(data.hex() for data in master.data(answer)[before:])
 
 
 def test_the_second_channel_is_off_by_default(master: Master) -> None:
-    """Nobody answers there until a client switches it on."""
+    """Requests are not answered until a client enables the channel."""
     assert ask(master, READ_TYPE) == ""
     assert master.remote.sdo[0x1201][1].raw == OFF
 
 
 def test_the_second_channel_answers(second: Master) -> None:
-    """It reads what the first one reads."""
+    """It returns the same values as the first channel."""
     assert ask(second, READ_TYPE)[8:] == "98010000"
     assert ask(second, READ_TYPE) == ask(second, READ_TYPE, SDO_REQUEST, SDO_ANSWER)
 
@@ -54,7 +54,7 @@ def test_a_channel_needs_both_identifiers(master: Master) -> None:
 
 
 def test_identifiers_of_an_existing_channel_are_locked(second: Master) -> None:
-    """They may be made invalid, and then be others; restricted ones never."""
+    """They can be changed only after they were made invalid, and never to restricted ones."""
     assert second.abort_code(0x1201, 1, (0x6C5).to_bytes(4, "little")) == 0x06090030
     assert second.abort_code(0x1201, 1, OFF.to_bytes(4, "little")) == 0
     assert ask(second, READ_TYPE) == ""
@@ -64,7 +64,7 @@ def test_identifiers_of_an_existing_channel_are_locked(second: Master) -> None:
 
 
 def test_a_reset_switches_the_channel_off(second: Master) -> None:
-    """Not stored, it is gone after NMT reset communication."""
+    """Without storing it does not exist after NMT reset communication."""
     second.nmt(130)
     second.run(2)
     assert ask(second, READ_TYPE) == ""

@@ -38,13 +38,13 @@ SERVED = {
     "sdo": (PRE_OPERATIONAL, OPERATIONAL),
     "sync": (OPERATIONAL,),
 }
-"""In which states a service is answered (CiA 301 7.3.2.2)."""
+"""States in which a service is answered (CiA 301 7.3.2.2)."""
 COMMUNICATION, APPLICATION = (0x1029, 1), (0x2001, 0)
 DEFAULT = 0
 
 
 class NmtSlave(RuleBasedStateMachine):
-    """A master that commands and asks at will; the slave must follow the table."""
+    """A master that sends random commands and requests; the slave must follow the table."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -74,19 +74,19 @@ class NmtSlave(RuleBasedStateMachine):
 
     @rule(data=st.sampled_from(NO_COMMANDS) | st.binary(max_size=8).filter(lambda d: len(d) != 2))
     def command_nothing(self, data: bytes) -> None:
-        """Send what is no NMT command: unknown, or of another length."""
+        """Send an invalid NMT command: unknown, or of another length."""
         self.master.send(0x000, data)
 
     @rule(command=st.sampled_from([RESET_NODE, RESET_COMMUNICATION]))
     def write_and_reset(self, command: int) -> None:
-        """Change parameters, where the state lets them be changed, and reset."""
+        """Change parameters, if the state allows it, and reset."""
         self.write(2, COMMUNICATION)
         self.write(2, APPLICATION)
         self.command(command, NODE_ID)
 
     @rule(value=st.sampled_from([1, 2]), key=st.sampled_from([COMMUNICATION, APPLICATION]))
     def write(self, value: int, key: tuple[int, int]) -> None:
-        """Write a parameter; in STOPPED nobody takes it."""
+        """Write a parameter; in STOPPED the write is ignored."""
         length = self.lengths[key]
         head = bytes([0x23 | 4 - length << 2]) + key[0].to_bytes(2, "little") + bytes([key[1]])
         self.master.send(SDO_REQUEST, head + value.to_bytes(4, "little"))
@@ -109,7 +109,7 @@ class NmtSlave(RuleBasedStateMachine):
 
     @rule(milliseconds=st.integers(1, 350))
     def wait(self, milliseconds: int) -> None:
-        """Let time pass; each heartbeat shows the state."""
+        """Advance the time; each heartbeat shows the state."""
         self.master.forget()
         self.master.run(milliseconds)
         beats = self.master.data(HEARTBEAT)
@@ -118,13 +118,13 @@ class NmtSlave(RuleBasedStateMachine):
 
     @invariant()
     def parameters_are_as_left(self) -> None:
-        """Parameters change by writes and resets alone, and only by those that reach them."""
+        """Parameters change only by writes and resets that apply to them."""
         dictionary = self.master.network.node.dictionary
         assert {key: dictionary.read(*key) for key in self.values} == self.values
 
     @invariant()
     def process_data_is_for_operational(self) -> None:
-        """See TPDOs in each tick of OPERATIONAL, and in no other."""
+        """Check that TPDOs are sent in each tick of OPERATIONAL, and in no other state."""
         self.master.forget()
         self.master.run(1)
         tpdos = [frame for frame in self.master.frames if frame.can_id == 0x180 + NODE_ID]

@@ -24,7 +24,7 @@ parts = st.binary(min_size=7, max_size=7)
 
 
 def known_objects() -> dict[tuple[int, int], Object]:
-    """Return the objects both servers know."""
+    """Return the objects of both servers."""
     return {
         (0x1000, 0): Object((0x198).to_bytes(4, "little")),
         (0x1008, 0): Object(NAME),
@@ -35,7 +35,7 @@ def known_objects() -> dict[tuple[int, int], Object]:
 
 
 class SdoConversation(RuleBasedStateMachine):
-    """A client that says whatever comes to its mind; both servers must answer the same."""
+    """A client that sends random requests; both servers must answer the same."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -46,7 +46,7 @@ class SdoConversation(RuleBasedStateMachine):
         self.number = 1  # of the next segment, if the client makes no mistake
         self.toggle = 0
 
-    def say(self, request: bytes) -> None:
+    def send(self, request: bytes) -> None:
         """Send a request to both servers and compare."""
         assert len(request) == 8
         answer = bytes.fromhex(self.master.request(request.hex()).replace(" ", ""))
@@ -55,33 +55,33 @@ class SdoConversation(RuleBasedStateMachine):
 
     @rule(key=keys)
     def begin_upload(self, key: tuple[int, int]) -> None:
-        """Ask for an object."""
+        """Request an object."""
         self.toggle = 0
-        self.say(head(0x40, key) + bytes(4))
+        self.send(head(0x40, key) + bytes(4))
 
     @rule(mistake=st.booleans() | st.just(False))
     def ask_for_segment(self, mistake: bool) -> None:
-        """Ask for the next segment, or for the wrong one."""
-        self.say(bytes([0x60 | (0x10 if self.toggle ^ mistake else 0)]) + bytes(7))
+        """Request the next segment, or a wrong one."""
+        self.send(bytes([0x60 | (0x10 if self.toggle ^ mistake else 0)]) + bytes(7))
         self.toggle ^= 1
 
     @rule(key=targets, value=values, length=st.integers(1, 4), sized=st.booleans())
     def write(self, key: tuple[int, int], value: bytes, length: int, sized: bool) -> None:
         """Write up to four bytes."""
         command = 0x23 | 4 - length << 2 if sized else 0x22
-        self.say(head(command, key) + value)
+        self.send(head(command, key) + value)
 
     @rule(key=targets, value=values)
     def write_right_length(self, key: tuple[int, int], value: bytes) -> None:
         """Write as many bytes as the object has."""
         length = len(self.reference.objects[key].value)
-        self.say(head(0x23 | 4 - length << 2, key) + value)
+        self.send(head(0x23 | 4 - length << 2, key) + value)
 
     @rule(key=keys, size=st.integers(0, 8), sized=st.booleans())
     def begin_download(self, key: tuple[int, int], size: int, sized: bool) -> None:
         """Announce segments."""
         self.toggle = 0
-        self.say(head(0x20 | sized, key) + size.to_bytes(4, "little"))
+        self.send(head(0x20 | sized, key) + size.to_bytes(4, "little"))
 
     @rule(
         part=parts,
@@ -90,32 +90,32 @@ class SdoConversation(RuleBasedStateMachine):
         mistake=st.just(False) | st.booleans(),
     )
     def send_segment(self, part: bytes, unused: int, last: bool, mistake: bool) -> None:
-        """Send a segment, the toggle bit right or wrong."""
+        """Send a segment with a correct or wrong toggle bit."""
         toggle = 0x10 if self.toggle ^ mistake else 0
-        self.say(bytes([toggle | unused << 1 | last]) + part)
+        self.send(bytes([toggle | unused << 1 | last]) + part)
         self.toggle ^= 1
 
     @rule(
         key=keys, block=st.sampled_from([0, 1, 2, 127, 128]), threshold=st.sampled_from([0, 4, 99])
     )
     def begin_block_upload(self, key: tuple[int, int], block: int, threshold: int) -> None:
-        """Ask for a block."""
-        self.say(head(0xA4, key) + bytes([block, threshold, 0, 0]))
+        """Request a block."""
+        self.send(head(0xA4, key) + bytes([block, threshold, 0, 0]))
 
     @rule()
     def start_block(self) -> None:
-        """Say that the client is ready."""
-        self.say(bytes([0xA3]) + bytes(7))
+        """Start the block upload."""
+        self.send(bytes([0xA3]) + bytes(7))
 
     @rule(received=st.integers(0, 5), block=st.sampled_from([1, 2, 3, 127, 0]))
     def acknowledge(self, received: int, block: int) -> None:
         """Acknowledge some segments of a block, perhaps more than there were."""
-        self.say(bytes([0xA2, received, block]) + bytes(5))
+        self.send(bytes([0xA2, received, block]) + bytes(5))
 
     @rule()
     def end_block_upload(self) -> None:
         """Confirm the end."""
-        self.say(bytes([0xA1]) + bytes(7))
+        self.send(bytes([0xA1]) + bytes(7))
 
     @rule(key=targets, sized=st.booleans(), checked=st.booleans(), wrong=st.integers(0, 1))
     def begin_block_download(
@@ -125,14 +125,14 @@ class SdoConversation(RuleBasedStateMachine):
         self.number = 1
         size = len(self.reference.objects[key].value) + wrong
         command = 0xC0 | (2 if sized else 0) | (4 if checked else 0)
-        self.say(head(command, key) + size.to_bytes(4, "little"))
+        self.send(head(command, key) + size.to_bytes(4, "little"))
 
     @precondition(lambda self: self.in_block_download)
     @rule(part=parts, last=st.booleans(), skip=st.sampled_from([0, 0, 0, 1, 126]))
     def send_block_segment(self, part: bytes, last: bool, skip: int) -> None:
         """Send a segment of a block, in sequence or not."""
         number = min(self.number + skip, 127)
-        self.say(bytes([number | (0x80 if last else 0)]) + part)
+        self.send(bytes([number | (0x80 if last else 0)]) + part)
         self.number = number % 127 + 1
 
     @precondition(lambda self: self.in_block_download)
@@ -144,7 +144,7 @@ class SdoConversation(RuleBasedStateMachine):
         length = len(self.reference.objects[transfer.key].value)
         padding = max(0, min(7, len(transfer.data) - length))
         checksum = crc_hqx(transfer.data[: len(transfer.data) - padding], 0) ^ mistake
-        self.say(bytes([0xC1 | padding << 2]) + checksum.to_bytes(2, "little") + bytes(5))
+        self.send(bytes([0xC1 | padding << 2]) + checksum.to_bytes(2, "little") + bytes(5))
 
     @rule(block=st.integers(1, 5), received=st.lists(st.integers(0, 5), max_size=4))
     def upload_blocks(self, block: int, received: list[int]) -> None:
@@ -178,16 +178,16 @@ class SdoConversation(RuleBasedStateMachine):
     @rule(key=keys)
     def give_up(self, key: tuple[int, int]) -> None:
         """Abort as a client."""
-        self.say(head(0x80, key) + (0x0800_0000).to_bytes(4, "little"))
+        self.send(head(0x80, key) + (0x0800_0000).to_bytes(4, "little"))
 
     @rule(key=keys)
-    def say_nonsense(self, key: tuple[int, int]) -> None:
-        """Use the command specifier that none is."""
-        self.say(head(0xE0, key) + bytes(4))
+    def send_undefined_command(self, key: tuple[int, int]) -> None:
+        """Send the undefined command specifier 7."""
+        self.send(head(0xE0, key) + bytes(4))
 
     @rule()
-    def fall_silent(self) -> None:
-        """Say nothing for longer than the server waits."""
+    def pause(self) -> None:
+        """Send no request for longer than the server's time-out."""
         before = len(self.master.data(SDO_ANSWER))
         self.master.run(TIMEOUT_MS + 1)
         assert self.master.data(SDO_ANSWER)[before:] == self.reference.time_out()
@@ -200,7 +200,7 @@ class SdoConversation(RuleBasedStateMachine):
 
     @invariant()
     def objects_are_the_same(self) -> None:
-        """Both servers' objects have the same values, whatever was refused."""
+        """Both servers' objects have the same values."""
         dictionary = self.master.network.node.dictionary
         for key in WRITABLE:
             assert dictionary.upload(*key) == self.reference.objects[key].value

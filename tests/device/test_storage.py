@@ -12,7 +12,7 @@ RESET_NODE, RESET_COMMUNICATION = 129, 130
 
 
 class BrokenStorage:
-    """A medium nothing can be written to."""
+    """A storage that cannot be written."""
 
     def load(self) -> Values:
         """Return nothing."""
@@ -42,7 +42,7 @@ def parameters(master: Master) -> tuple[int, int]:
 
 @pytest.mark.parametrize(("subindex", "kept"), [(1, (50, 7)), (2, (50, 1_000_000)), (3, (100, 7))])
 def test_stored_parameters_survive_power_off(subindex: int, kept: tuple[int, int]) -> None:
-    """All, communication or application parameters are there after a new start."""
+    """All, communication or application parameters are kept over a new start."""
     storage = MemoryStorage()
     master = switched_on(storage)
     change(master)
@@ -51,7 +51,7 @@ def test_stored_parameters_survive_power_off(subindex: int, kept: tuple[int, int
 
 
 def test_stored_parameters_survive_resets(master: Master) -> None:
-    """An NMT reset reloads what was stored, not what was written since."""
+    """An NMT reset reloads the stored values, not later ones."""
     change(master)
     master.abort_code(0x1010, 1, b"save")
     master.remote.sdo[0x1017].raw = 60
@@ -73,7 +73,7 @@ def test_restored_defaults_show_after_the_reset(master: Master) -> None:
 
 
 def test_a_stored_mapping_is_in_force(master: Master) -> None:
-    """A PDO moved and stored is where it was stored after a reset."""
+    """A PDO with a stored identifier has this identifier after a reset."""
     master.remote.sdo[0x1801][1].raw = 1 << 31 | TPDO2
     master.remote.sdo[0x1801][1].raw = 0x190
     master.abort_code(0x1010, 2, b"save")
@@ -87,13 +87,13 @@ def test_a_stored_mapping_is_in_force(master: Master) -> None:
 @pytest.mark.parametrize("index", [0x1010, 0x1011])
 @pytest.mark.parametrize("signature", [b"evas", b"wron", b"\1\0\0\0"])
 def test_wrong_signature_does_nothing(master: Master, index: int, signature: bytes) -> None:
-    """Anything but "save" or "load" aborts with 0800 0020."""
+    """Any value but "save" or "load" aborts with 0800 0020."""
     assert master.abort_code(index, 1, signature) == 0x08000020
     assert master.remote.sdo[index][1].raw == 1
 
 
 def test_process_data_is_not_stored() -> None:
-    """A set point is no parameter: it is safe after a new start, whatever was in force."""
+    """A set point is not a parameter: after a new start the safe value is in force."""
     storage = MemoryStorage()
     master = switched_on(storage)
     master.remote.sdo.download(0x2000, 0, (5_000_000).to_bytes(4, "little"))
@@ -104,13 +104,13 @@ def test_process_data_is_not_stored() -> None:
     assert master.commands["valve_current"] == pytest.approx(0.001)
 
 
-def test_failing_storage_is_said() -> None:
-    """A medium that fails aborts with 0606 0000."""
+def test_failing_storage_aborts() -> None:
+    """A failing storage aborts with 0606 0000."""
     assert switched_on(BrokenStorage()).abort_code(0x1010, 1, b"save") == 0x06060000
 
 
 def test_stored_value_of_another_device_is_refused() -> None:
-    """What does not fit the EDS is named at the start."""
+    """The error at the start names a stored value that does not fit the EDS."""
     storage = MemoryStorage()
     storage.save({(0x1017, 0): b"\1"})
     with pytest.raises(UserError, match="0x1017:00"):

@@ -12,7 +12,7 @@ def test_stock_producer_is_heard(master: Master) -> None:
 
 
 def test_sync_can_be_moved(master: Master) -> None:
-    """After a write of 0x1005 the node hears the new identifier and not the old."""
+    """After a write of 0x1005 the node accepts the new identifier and not the old one."""
     master.remote.sdo[0x1005].raw = 0x0A0
     master.start()
     master.send(SYNC)
@@ -50,7 +50,7 @@ def test_counter_is_locked_while_a_cycle_is_set(master: Master) -> None:
 
 
 def test_counter_changes_the_length_of_sync(master: Master) -> None:
-    """With a counter SYNC has one byte; one without is not taken."""
+    """With a counter SYNC has one byte; SYNC without data is ignored."""
     master.remote.sdo[0x1019].raw = 10
     master.start()
     master.send(SYNC)

@@ -9,7 +9,7 @@ PRODUCE = 0x4000_0080
 
 
 def produced(master: Master, milliseconds: int) -> list[bytes]:
-    """Return the SYNCs of some time from now on."""
+    """Return the data of all SYNCs in the next `milliseconds`."""
     master.forget()
     master.run(milliseconds)
     return master.data(SYNC)
@@ -31,13 +31,13 @@ def test_sync_has_its_period(producer: Master) -> None:
 
 
 def test_no_period_no_sync(producer: Master) -> None:
-    """0x1006 = 0 stops it."""
+    """0x1006 = 0 stops the producer."""
     producer.remote.sdo[0x1006].raw = 0
     assert produced(producer, 50) == []
 
 
 def test_a_stopped_node_is_silent(producer: Master) -> None:
-    """SYNC belongs to PRE-OPERATIONAL and OPERATIONAL."""
+    """SYNC is produced only in PRE-OPERATIONAL and OPERATIONAL."""
     producer.nmt(2)
     assert produced(producer, 50) == []
     producer.nmt(128)

@@ -36,7 +36,7 @@ def configure(master: Master, number: int, kind: int, timer: int = 0, inhibit: i
 
 
 def only(master: Master, number: int, kind: int, timer: int = 0, inhibit: int = 0) -> int:
-    """Leave one TPDO alive, start the node and return the TPDO's identifier."""
+    """Disable all other TPDOs, start the node and return the TPDO's identifier."""
     for other in range(1, 5):
         if other != number:
             master.remote.sdo[0x1800 + other - 1][1].raw = 1 << 31 | TPDO1
@@ -46,7 +46,7 @@ def only(master: Master, number: int, kind: int, timer: int = 0, inhibit: int = 
 
 
 def played(master: Master, kind: int, timer: int, inhibit: int) -> list[tuple[int, Frame]]:
-    """Return what a TPDO sends while SYNC, requests, samples and NMT commands come and go."""
+    """Return the frames of a TPDO during SYNC, requests, samples and NMT commands."""
     can_id = only(master, 2, kind, timer, inhibit)
     for tick in range(60):
         if tick % 4 == 0:
@@ -64,7 +64,7 @@ def played(master: Master, kind: int, timer: int, inhibit: int) -> list[tuple[in
 
 
 def test_stock_master_reads_the_sensors(master: Master) -> None:
-    """The default TPDOs show the readings in SI to a master that knows nothing but the EDS."""
+    """A master that uses only the EDS reads the default TPDOs in SI."""
     master.remote.tpdo.read()
     master.start()
     master.send(SYNC)
@@ -90,7 +90,7 @@ def test_default_tpdos_belong_to_one_sample(master: Master) -> None:
 
 
 def test_event_timer_starts_with_operational(master: Master) -> None:
-    """The first transmission comes one period after the start, the others in step."""
+    """The first transmission is one period after the start, the others follow periodically."""
     can_id = only(master, 2, 255, timer=10)
     began = master.network.now_ns / NS_PER_MS - 1  # the tick of the start itself is over
     master.run(45)
@@ -112,7 +112,7 @@ def test_event_timer_does_not_drift(node: Node) -> None:
 
 
 def test_event_timer_shorter_than_a_tick_fires_once_per_tick(node: Node) -> None:
-    """With ticks of 10 ms a TPDO of 1 ms comes once per tick, without a backlog."""
+    """With ticks of 10 ms a TPDO with a timer of 1 ms is sent once per tick."""
     measured = Measured([0.0] * 5, [0] * 5)
     counts = []
     for tick in range(10):
@@ -124,10 +124,10 @@ def test_event_timer_shorter_than_a_tick_fires_once_per_tick(node: Node) -> None
 
 @pytest.mark.parametrize("kind", [0, 1, 3, 252, 253, 254, 255])
 @pytest.mark.parametrize(("timer", "inhibit"), [(0, 0), (0, 50), (2, 0), (2, 50)])
-def test_a_tpdo_is_asked_only_when_it_may_have_to_send(
+def test_a_tpdo_is_called_only_when_it_may_send(
     monkeypatch: pytest.MonkeyPatch, kind: int, timer: int, inhibit: int
 ) -> None:
-    """Asked in every tick it sends the same frames at the same times."""
+    """A TPDO called in every tick sends the same frames at the same times."""
 
     def fresh() -> Master:
         dictionary = Dictionary.from_eds(EDS, NODE_ID)
@@ -140,7 +140,7 @@ def test_a_tpdo_is_asked_only_when_it_may_have_to_send(
 
 
 def test_inhibit_time_holds_events_back(master: Master) -> None:
-    """An inhibit time of 5 ms lets a 2 ms timer through at most every 5 ms."""
+    """With an inhibit time of 5 ms a timer of 2 ms sends at most every 5 ms."""
     can_id = only(master, 2, 254, timer=2, inhibit=50)
     master.run(60)
     times = master.times_ms(can_id)
@@ -150,7 +150,7 @@ def test_inhibit_time_holds_events_back(master: Master) -> None:
 
 
 def test_without_event_timer_a_change_is_the_event(master: Master) -> None:
-    """Type 255 without timer sends the first state, then only what changed."""
+    """Type 255 without timer is sent at the start, then only after changes."""
     can_id = only(master, 4, 255)
     master.run(10)
     assert len(master.data(can_id)) <= 1
@@ -162,7 +162,7 @@ def test_without_event_timer_a_change_is_the_event(master: Master) -> None:
 
 @pytest.mark.parametrize("every", [1, 2, 5, 240])
 def test_cyclic_type_answers_every_nth_sync(master: Master, every: int) -> None:
-    """Type n is sent with the n-th SYNC after the start, and each n-th from there."""
+    """Type n is sent with each n-th SYNC after the start."""
     can_id = only(master, 4, every)
     answered = []
     for count in range(1, 2 * every + 2):
@@ -173,14 +173,14 @@ def test_cyclic_type_answers_every_nth_sync(master: Master, every: int) -> None:
 
 
 def test_every_sync_of_a_tick_is_answered(master: Master) -> None:
-    """Two SYNCs that fall into one tick get two answers."""
+    """Two SYNCs in one tick trigger two transmissions."""
     can_id = only(master, 4, 1)
     sent = master.network.tick(Frame(SYNC), Frame(SYNC))
     assert [frame.can_id for frame in sent] == [can_id, can_id]
 
 
 def test_acyclic_type_answers_a_sync_after_a_change(master: Master) -> None:
-    """Type 0 is sent with the next SYNC after its data changed, and with no other."""
+    """Type 0 is sent only with the first SYNC after a change of its data."""
     can_id = only(master, 4, 0)
     master.send(SYNC)
     master.forget()
@@ -195,7 +195,7 @@ def test_acyclic_type_answers_a_sync_after_a_change(master: Master) -> None:
 
 
 def test_type_253_is_sampled_on_request(master: Master) -> None:
-    """A remote frame gets the data of its own tick; nothing is sent unasked."""
+    """A remote frame is answered with the data of its tick; there is no other transmission."""
     can_id = only(master, 4, 253)
     master.send(SYNC)
     master.run(5)
@@ -206,7 +206,7 @@ def test_type_253_is_sampled_on_request(master: Master) -> None:
 
 
 def test_type_252_keeps_the_sample_of_the_sync(master: Master) -> None:
-    """A remote frame gets what was measured at the last SYNC."""
+    """A remote frame is answered with the sample of the last SYNC."""
     can_id = only(master, 4, 252)
     master.send(SYNC)
     assert master.data(can_id) == []
@@ -217,7 +217,7 @@ def test_type_252_keeps_the_sample_of_the_sync(master: Master) -> None:
 
 @pytest.mark.parametrize("kind", [1, 255])
 def test_remote_frame_gets_any_tpdo_that_allows_it(master: Master, kind: int) -> None:
-    """A remote frame is answered once, unless bit 30 of the COB-ID says no."""
+    """A remote frame is answered once, unless bit 30 of the COB-ID is set."""
     can_id = only(master, 3, kind, timer=1000)
     master.send(can_id, remote=True)
     assert len(master.data(can_id)) == 1
@@ -228,7 +228,7 @@ def test_remote_frame_gets_any_tpdo_that_allows_it(master: Master, kind: int) ->
 
 
 def test_raw_values_saturate(master: Master) -> None:
-    """A reading beyond the object's type shows as the type's end, below and above."""
+    """A reading beyond the range of the object's type is saturated, below and above."""
     master.measure((1e9, -1e9, float("inf"), float("nan"), 0.0004))
     master.run(1)
     names = ("pressure_a", "pressure_b", "supply_pressure", "position", "load_force")
@@ -245,7 +245,7 @@ def test_sample_time_is_the_ticks_time(node: Node, dictionary: Dictionary) -> No
 
 
 def test_a_sample_shown_twice_keeps_its_number(node: Node, dictionary: Dictionary) -> None:
-    """A tick in which the plant stands still is no new sample, even over a reset."""
+    """A tick without a step of the plant is not a new sample, also over a reset."""
     measured = Measured([1e6] * 5, [0] * 5)
     for now_ns in (0, 1_000_000):
         node.receive(now_ns, [])
@@ -261,7 +261,7 @@ def test_a_sample_shown_twice_keeps_its_number(node: Node, dictionary: Dictionar
 
 
 def test_long_ticks_leave_no_backlog(node: Node) -> None:
-    """After one tick of 10 ms a TPDO of 1 ms goes on at its own pace."""
+    """After one tick of 10 ms a TPDO with a timer of 1 ms continues at its period."""
     measured = Measured([0.0] * 5, [0] * 5)
     times_us = [0, 1000, 11_000, *range(11_100, 15_100, 100)]
     fired = []

@@ -14,7 +14,7 @@ POSITION = "Unit=m\nFactor=1e-7\n"
 
 
 def event_driven(tmp_path: Path, delta: str) -> Master:
-    """Return a node whose TPDO2 maps the position alone and has no event timer."""
+    """Return a node whose TPDO2 maps only the position and has no event timer."""
     path = edited(tmp_path, (POSITION, f"{POSITION}Delta={delta}\n"))
     node = Node(Dictionary.from_eds(path, NODE_ID), CHANNELS, {"valve_current": 0.0})
     master = booted(node, path)
@@ -31,29 +31,29 @@ def event_driven(tmp_path: Path, delta: str) -> Master:
     return master
 
 
-def told(master: Master, *positions: float) -> list[float]:
-    """Return the positions TPDO2 tells while the rod goes through some, in metre."""
+def sent(master: Master, *positions: float) -> list[float]:
+    """Return the positions in TPDO2 [m] for a series of positions."""
     for position in positions:
         master.measure((*READINGS[:3], position, READINGS[4]))
         master.run(1)
     return [round(struct.unpack("<i", data)[0] * 1e-7, 7) for data in master.data(TPDO2)]
 
 
-def test_without_delta_every_change_is_told(tmp_path: Path) -> None:
-    """A delta of 0 is none."""
-    assert told(event_driven(tmp_path, "0"), 0.1001, 0.1002, 0.1002) == [0.1001, 0.1002]
+def test_without_delta_every_change_is_sent(tmp_path: Path) -> None:
+    """A delta of 0 makes every change an event."""
+    assert sent(event_driven(tmp_path, "0"), 0.1001, 0.1002, 0.1002) == [0.1001, 0.1002]
 
 
-def test_a_delta_swallows_small_changes(tmp_path: Path) -> None:
-    """Only a move by 10 000 digits, 1 mm, since the last event is one, either way."""
+def test_a_delta_suppresses_small_changes(tmp_path: Path) -> None:
+    """Only a change by 10 000 digits, 1 mm, since the last event is an event."""
     master = event_driven(tmp_path, "10000")
-    assert told(master, 0.1004, 0.1008, 0.1011, 0.1004, 0.1001) == [0.1011, 0.1001]
+    assert sent(master, 0.1004, 0.1008, 0.1011, 0.1004, 0.1001) == [0.1011, 0.1001]
 
 
 @pytest.mark.parametrize("delta", ["much", "nan", "inf"])
 def test_a_delta_is_a_number(tmp_path: Path, delta: str) -> None:
-    """Anything else is noted with its place, and every change is an event."""
+    """Any other text has a remark with its place, and every change is an event."""
     master = event_driven(tmp_path, delta)
-    assert told(master, 0.1001, 0.1002) == [0.1001, 0.1002]
+    assert sent(master, 0.1001, 0.1002) == [0.1001, 0.1002]
     (remark,) = master.network.node.dictionary.remarks
     assert (remark.section, remark.key) == ("2020", "Delta")

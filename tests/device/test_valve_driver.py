@@ -27,7 +27,7 @@ def state(valve: Master) -> int:
 
 
 def activate(valve: Master, set_point: int = 0) -> None:
-    """Bring the valve to ACTIVE with a set point, the way a controller does."""
+    """Bring the valve to ACTIVE with a set point, as a controller does."""
     valve.start()
     for word in (INIT, DISABLED, HOLD, ACTIVE):
         control(valve, word, set_point)
@@ -44,8 +44,8 @@ def write(valve: Master, index: int, value: int) -> None:
     (entry[1] if hasattr(entry, "keys") else entry).raw = value
 
 
-def test_activation_climbs_the_ladder(valve: Master) -> None:
-    """08, 09, 0B, 0F lead from INIT to ACTIVE, and the status word says so in between."""
+def test_activation_by_four_control_words(valve: Master) -> None:
+    """08, 09, 0B, 0F lead from INIT to ACTIVE, and the status word shows each state."""
     valve.start()
     assert state(valve) == INIT
     for word in (INIT, DISABLED, HOLD, ACTIVE):
@@ -57,24 +57,24 @@ def test_one_word_activates_too(valve: Master) -> None:
     """0F alone leads through DISABLED and HOLD, one state per tick."""
     valve.start()
     valve.remote.sdo[0x6040].raw = ACTIVE
-    seen = []
+    states = []
     for _ in range(3):
-        seen.append(valve.network.node.dictionary.entry(0x6041).value)
+        states.append(valve.network.node.dictionary.entry(0x6041).value)
         valve.run(1)
-    assert seen == [DISABLED, HOLD, ACTIVE]
+    assert states == [DISABLED, HOLD, ACTIVE]
 
 
 @pytest.mark.parametrize(("word", "reached"), [(HOLD, HOLD), (DISABLED, DISABLED), (INIT, INIT)])
 def test_a_lower_word_leads_down(valve: Master, word: int, reached: int) -> None:
-    """The valve leaves ACTIVE for the state the control word asks for."""
+    """The valve leaves ACTIVE for the state that the control word requests."""
     activate(valve)
     for _ in range(3):
         control(valve, word)
     assert state(valve) == reached
 
 
-def test_hold_bit_without_the_disabled_bit_asks_for_nothing(valve: Master) -> None:
-    """Each rung of the ladder needs the bits of those below."""
+def test_hold_bit_needs_the_disabled_bit(valve: Master) -> None:
+    """Each state needs the bits of the lower states."""
     valve.start()
     for _ in range(4):
         control(valve, 0x0E)
@@ -93,7 +93,7 @@ def test_set_point_is_a_share_of_the_rated_current(
     assert valve.remote.sdo[0x6310][1].raw == set_point
 
 
-def test_set_point_counts_in_active_alone(valve: Master) -> None:
+def test_set_point_acts_in_active_only(valve: Master) -> None:
     """INIT and DISABLED switch the power stage off; HOLD gives the hold set point."""
     valve.start()
     currents = {}
@@ -105,7 +105,7 @@ def test_set_point_counts_in_active_alone(valve: Master) -> None:
 
 
 def test_hold_set_point_can_be_written(valve: Master) -> None:
-    """The client decides what HOLD gives."""
+    """A client can set the set point of HOLD."""
     write(valve, 0x6314, -1638)
     valve.start()
     for word in (INIT, DISABLED, HOLD):
@@ -114,7 +114,7 @@ def test_hold_set_point_can_be_written(valve: Master) -> None:
 
 
 def test_local_mode_ignores_the_bus(valve: Master) -> None:
-    """With device mode 2 the set point of the bus does not count; the hold set point does."""
+    """With device mode 2 the hold set point acts instead of the set point of the bus."""
     write(valve, 0x6042, 2)
     activate(valve, 8192)
     assert state(valve) == ACTIVE
@@ -123,12 +123,12 @@ def test_local_mode_ignores_the_bus(valve: Master) -> None:
 
 @pytest.mark.parametrize(("index", "value"), [(0x6042, 3), (0x6043, 9), (0x6330, 4)])
 def test_modes_the_driver_lacks_are_refused(valve: Master, index: int, value: int) -> None:
-    """A mode that is not there aborts with 0609 0031."""
+    """An unsupported mode aborts with 0609 0031."""
     assert valve.abort_code(index, 0, bytes([value])) == 0x06090031
 
 
 def test_leaving_operational_means_hold(valve: Master) -> None:
-    """Without process data a valve holds: ACTIVE needs NMT OPERATIONAL."""
+    """Outside NMT OPERATIONAL a valve returns to HOLD."""
     activate(valve, FULL_SCALE)
     valve.nmt(128)
     valve.run(1)
@@ -167,14 +167,14 @@ def test_reset_begins_in_init(valve: Master) -> None:
 def test_conditioning_of_the_set_point(
     valve: Master, index: int, value: int, set_point: int, demand: int
 ) -> None:
-    """Limits cut, scaling multiplies, offset and zero correction add, 100 % is never passed."""
+    """Limits, scaling, offset and zero correction act, and 100 % is never exceeded."""
     write(valve, index, value)
     activate(valve, set_point)
     assert valve.remote.sdo[0x6310][1].raw == demand
 
 
 def test_direction_dependent_gain_acts_on_one_side(valve: Master) -> None:
-    """A factor of 3/5 makes the negative half flatter, the positive one stays."""
+    """A factor of 3/5 applies to negative set points only."""
     write(valve, 0x6341, 0x0003_0005)
     write(valve, 0x6340, 1)
     activate(valve, -10000)
@@ -195,7 +195,7 @@ def test_direction_dependent_gain_acts_on_one_side(valve: Master) -> None:
     ],
 )
 def test_dead_band_is_jumped_over(valve: Master, set_point: int, demand: int) -> None:
-    """Small set points land just beyond the band, ends stay ends, zero stays zero."""
+    """Small set points are moved just beyond the band; 0 and 100 % are unchanged."""
     for index, value in ((0x6343, 1638), (0x6344, 819), (0x6345, 100), (0x6342, 1)):
         write(valve, index, value)
     activate(valve, set_point)
@@ -213,7 +213,7 @@ def ramped(valve: Master, *set_points: int) -> list[int]:
 
 
 def test_ramp_takes_its_time(valve: Master) -> None:
-    """With 100 ms from zero to 100 %, ten milliseconds are a tenth, either way."""
+    """With 100 ms from zero to 100 %, 10 ms are 10 %, in both directions."""
     write(valve, 0x6314, 0)
     write(valve, 0x6331, 100)
     write(valve, 0x6330, 1)
@@ -222,7 +222,7 @@ def test_ramp_takes_its_time(valve: Master) -> None:
 
 
 def test_four_ramps_have_four_times(valve: Master) -> None:
-    """Away from and towards zero, positive and negative, each at its own rate."""
+    """Motion away from and towards zero, positive and negative, has four separate rates."""
     write(valve, 0x6314, 0)
     for index, time in ((0x6332, 100), (0x6333, 200), (0x6335, 400), (0x6336, 50)):
         write(valve, index, time)
@@ -249,7 +249,7 @@ def test_control_deviation_is_a_fault(valve: Master) -> None:
 
 
 def test_a_spool_that_follows_is_no_fault(valve: Master) -> None:
-    """The actual value is the spool's position; within the thresholds nothing happens."""
+    """The actual value is the spool's position; within the thresholds there is no fault."""
     write(valve, 0x6351, 1)
     activate(valve, 8192)
     show(valve, spool_position=0.0049)
@@ -261,7 +261,7 @@ def test_a_spool_that_follows_is_no_fault(valve: Master) -> None:
 
 
 def test_fault_is_reset_by_a_rising_bit(valve: Master) -> None:
-    """Bit 3 must rise; then the valve holds, the error is gone and can come again."""
+    """A rising bit 3 leads to HOLD and ends the error, which can occur again."""
     write(valve, 0x6351, 1)
     activate(valve, 8192)
     for _ in range(60):
@@ -289,22 +289,22 @@ def test_fault_can_be_disabled(valve: Master) -> None:
 
 
 def test_without_a_spool_sensor_the_actual_value_is_the_demand() -> None:
-    """An open-loop driver knows no better."""
+    """The actual value of an open-loop driver is its demand value."""
     valve = instrument("valve_driver", CHANNELS[:-1])
     activate(valve, 5000)
     assert valve.remote.sdo[0x6301][1].raw == 5000
 
 
 def test_a_change_of_state_does_not_wait_for_the_event_timer(valve: Master) -> None:
-    """Each new status word is told in the tick in which it is taken, by TPDO1, timer or not."""
+    """TPDO1 carries each new status word in the tick of the change, with or without a timer."""
     valve.start()
     valve.run(3)
     valve.forget()
     for word in (DISABLED, HOLD, ACTIVE):
         control(valve, word)
     valve.run(10)
-    told = [struct.unpack_from("<H", data)[0] for data in valve.data(TPDO1)]
-    assert told == [DISABLED, HOLD, ACTIVE]
+    words = [struct.unpack_from("<H", data)[0] for data in valve.data(TPDO1)]
+    assert words == [DISABLED, HOLD, ACTIVE]
 
 
 def test_default_pdos_are_those_of_real_drivers(valve: Master) -> None:

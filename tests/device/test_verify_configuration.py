@@ -25,14 +25,14 @@ def test_the_stamp_is_stored_with_the_configuration(master: Master) -> None:
 
 
 def test_another_change_clears_the_stamp(master: Master) -> None:
-    """Any parameter written since makes the tool look closer."""
+    """A later write of any parameter clears the date and time."""
     configure(master)
     master.remote.sdo[0x1017].raw = 60
     assert stamp(master) == (0, 0)
 
 
 def test_process_data_leave_the_stamp(master: Master) -> None:
-    """Set points are no configuration, by PDO or SDO."""
+    """Set points are not parameters, by PDO or SDO."""
     configure(master)
     master.start()
     master.send(RPDO1, bytes(4))
@@ -41,7 +41,7 @@ def test_process_data_leave_the_stamp(master: Master) -> None:
 
 
 def test_a_refused_write_leaves_the_stamp(master: Master) -> None:
-    """What was not written has changed nothing."""
+    """A refused write does not clear the date and time."""
     configure(master)
     assert master.abort_code(0x1019, 0, b"\x01") != 0
     assert stamp(master) == (15_000, 3_600_000)

@@ -25,8 +25,10 @@ def knee_fmu(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
     version: int = request.param
     file = tmp_path_factory.mktemp("fmu") / f"knee{version}.fmu"
     export_fmu([KNEE], file, version, c_only=False, single=False, every_effect=False, native=True)
-    own = host()
-    if own is None or not any(n.endswith(own.suffix) for n in zipfile.ZipFile(file).namelist()):
+    system = host()
+    if system is None or not any(
+        n.endswith(system.suffix) for n in zipfile.ZipFile(file).namelist()
+    ):
         pytest.skip("no C compiler for this system")
     return file
 
@@ -46,24 +48,24 @@ def run(knee_fmu: Path, tmp_path: Path) -> "Iterator[Run]":
 def crane(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Compile the crane; skip where there is no compiler, or no name for this system."""
     pytest.importorskip("fmpy")
-    own = host()
-    if own is None or not own.fmi2:
+    system = host()
+    if system is None or not system.fmi2:
         pytest.skip("FMI 2.0 has no name for this system")
     file = tmp_path_factory.mktemp("crane") / "crane.fmu"
-    library = file.with_suffix(own.suffix)
+    library = file.with_suffix(system.suffix)
     try:
-        build_library([Path(__file__).parent / "crane.c"], library, own, ["-D_GNU_SOURCE"])
+        build_library([Path(__file__).parent / "crane.c"], library, system, ["-D_GNU_SOURCE"])
     except CompilerError as error:
         pytest.skip(str(error))
     with zipfile.ZipFile(file, "w") as archive:
         archive.write(Path(__file__).parent / "crane.xml", "modelDescription.xml")
-        archive.write(library, f"binaries/{own.fmi2}/crane{own.suffix}")
+        archive.write(library, f"binaries/{system.fmi2}/crane{system.suffix}")
     return file
 
 
 @pytest.fixture
 def unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the folder that FMUs are unpacked into, here and in processes that are started."""
+    """Return the folder into which this process and its children unpack FMUs."""
     folder = tmp_path / "unpacked"
     folder.mkdir()
     monkeypatch.setenv("TMPDIR", str(folder))

@@ -22,23 +22,23 @@ _STARTS = {"m": 1.0, "force": 1.0, "rebound": 0.0, "push": 0.0, "misdeed": 0.0, 
 
 def slide(version: int, file: Path, *, interface: str = "ModelExchange") -> Path:
     """Compile the slide for a version of FMI; skip where that cannot be done."""
-    own = host()
-    if own is None or not own.fmi2:
+    system = host()
+    if system is None or not system.fmi2:
         pytest.skip("FMI 2.0 has no name for this system")
-    library = file.with_suffix(own.suffix)
+    library = file.with_suffix(system.suffix)
     source = Path(__file__).with_name("slide.c")
     try:
-        build_library([source], library, own, ["-D_GNU_SOURCE", f"-DFMI={version}"])
+        build_library([source], library, system, ["-D_GNU_SOURCE", f"-DFMI={version}"])
     except CompilerError as error:
         pytest.skip(str(error))
     with zipfile.ZipFile(file, "w") as archive:
         archive.writestr("modelDescription.xml", _description(version, interface))
-        archive.write(library, f"binaries/{_folder(version, own)}/slide{own.suffix}")
+        archive.write(library, f"binaries/{_folder(version, system)}/slide{system.suffix}")
     return file
 
 
-def _folder(version: int, own: System) -> str:
-    return own.fmi2 if version == 2 else own.name
+def _folder(version: int, system: System) -> str:
+    return system.fmi2 if version == 2 else system.name
 
 
 def _description(version: int, interface: str) -> str:

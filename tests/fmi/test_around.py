@@ -1,4 +1,4 @@
-"""What stands around a plant works with an FMU in its place, or says that it does not."""
+"""Functions of the emulator with an FMU as the plant: each works or is refused by a message."""
 
 import math
 import struct
@@ -44,7 +44,7 @@ from = "150 ms"
 
 @pytest.fixture
 def layer(crane: Path) -> Path:
-    """Return the layer that puts the crane in the plant's place."""
+    """Return the layer that replaces the plant by the crane."""
     file = crane.with_name("crane.toml")
     file.write_text(LAYER)
     return file
@@ -52,7 +52,7 @@ def layer(crane: Path) -> Path:
 
 @pytest.fixture
 def emulator_config(layer: Path) -> Configuration:
-    """Return what the fixtures of the pytest plugin run."""
+    """Return the configuration for the fixtures of the pytest plugin."""
     return load([KNEE, layer])
 
 
@@ -76,7 +76,7 @@ def test_the_pytest_fixtures_run_it(emulator: Emulator, can_bus: can.BusABC) -> 
 
 
 def test_it_ends_with_its_emulator(layer: Path, unpacked: Path) -> None:
-    """Neither files nor a process stay behind, though the emulator is still looked at."""
+    """Neither files nor a process stay behind, although the emulator is still referenced."""
     with Emulator(load([KNEE, layer])) as made:
         made.tick()
         assert list(unpacked.iterdir())
@@ -85,7 +85,7 @@ def test_it_ends_with_its_emulator(layer: Path, unpacked: Path) -> None:
 
 
 def test_a_scenario_is_played_on_it(layer: Path) -> None:
-    """Its verdict is that of the force, 0.1 kN for each mA."""
+    """Its verdict follows from the force, 0.1 kN for each mA."""
     file = layer.with_name("scenario.toml")
     file.write_text(SCENARIO)
     done = called("scenario", file)
@@ -93,7 +93,7 @@ def test_a_scenario_is_played_on_it(layer: Path) -> None:
 
 
 def test_a_scenario_whose_fmu_fails_has_no_verdict(layer: Path) -> None:
-    """Though the force that it showed last is as expected."""
+    """The failure counts although the last force is as expected."""
     layer.write_text(f"{LAYER}[plant.parameters]\nmisdeed = 3")
     file = layer.with_name("scenario.toml")
     file.write_text(SCENARIO.replace('"499.9 N"', '"0 N"'))
@@ -103,7 +103,7 @@ def test_a_scenario_whose_fmu_fails_has_no_verdict(layer: Path) -> None:
 
 
 def test_a_machine_goes_on_without_it_and_ends_with_a_clear_line(layer: Path) -> None:
-    """The other actuator runs to the end; the exit code tells that one did not."""
+    """The other actuator runs to the end; the exit code reports the failed one."""
     layer.write_text(f"{LAYER}[plant.parameters]\nmisdeed = 3")
     machine = layer.with_name("machine.toml")
     machine.write_text(
@@ -121,7 +121,7 @@ def test_a_machine_goes_on_without_it_and_ends_with_a_clear_line(layer: Path) ->
 
 
 def test_a_recording_of_it_is_replayed_to_the_last_bit(layer: Path) -> None:
-    """And by the same FMU alone: without it, that is said."""
+    """It needs the same FMU; without it, the message names the missing FMU."""
     record = layer.with_name("crane.rec")
     done = called("run", KNEE, layer, "--bus", "virtual:crane", "--clock", "lockstep",
                   "--duration", "50 ms", "--record", record)  # fmt: skip
@@ -136,7 +136,7 @@ def test_a_recording_of_it_is_replayed_to_the_last_bit(layer: Path) -> None:
 
 
 @pytest.mark.parametrize("command", ["identify", "gap"])
-def test_what_compares_the_model_with_data_needs_the_model(layer: Path, command: str) -> None:
+def test_a_comparison_of_the_model_with_data_needs_the_model(layer: Path, command: str) -> None:
     """One message, exit code 2, before any recording is read."""
     done = called(command, KNEE, layer, "run.csv")
     assert done.exit_code == 2
@@ -144,7 +144,7 @@ def test_what_compares_the_model_with_data_needs_the_model(layer: Path, command:
 
 
 def test_the_python_interface_does_not_simulate_the_model_in_its_stead(layer: Path) -> None:
-    """What has no bus has no FMU: an actuator with one says so."""
+    """An actuator without a bus has no FMU: a configuration with one is refused."""
     actuator = hil.load(KNEE, layer)
     for asked in (lambda: actuator.simulate(duration="1 ms"), actuator.linearise):
         with pytest.raises(UserError, match="needs the built-in plant"):

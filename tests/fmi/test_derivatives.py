@@ -20,7 +20,7 @@ INPUTS = [q.name for q in quantities.INPUTS]
 
 
 def built_in() -> Model:
-    """Return the reference machine as the exported FMU knows it."""
+    """Return the reference machine with the parameters of the exported FMU."""
     config = acting(load([shipped("configs/hyq_knee.toml")]))
     return Model(compiled(config.effects, cache_folder()), config.plant)
 
@@ -54,9 +54,9 @@ def test_it_is_the_linear_model_of_the_built_in_plant(run: Run) -> None:
     outputs = [f"model.{q.name}" for q in quantities.SIGNALS]
     s, u = model.scales[kept], model.input_scales
 
-    def agree(found: Matrix, expected: Matrix) -> None:
+    def agree(derivatives: Matrix, expected: Matrix) -> None:
         largest = np.abs(expected).max(axis=1, keepdims=True)
-        assert np.all(np.abs(found - expected) <= 1e-6 * largest)
+        assert np.all(np.abs(derivatives - expected) <= 1e-6 * largest)
 
     agree(
         run.jacobian(rates, names) * s / s[:, None],
@@ -68,7 +68,7 @@ def test_it_is_the_linear_model_of_the_built_in_plant(run: Run) -> None:
     assert not run.jacobian(["position", "load_force"], names).any()
 
 
-def test_it_foretells_what_an_input_does_in_the_next_step(run: Run) -> None:
+def test_it_predicts_the_effect_of_an_input_in_the_next_step(run: Run) -> None:
     """States move by the integral of exp(A t) B du over the step, and the outputs by C times that.
 
     Two steps from one state are taken, under inputs that differ; nothing is linearised in them.
@@ -91,12 +91,12 @@ def test_it_foretells_what_an_input_does_in_the_next_step(run: Run) -> None:
             ends.append((np.array(run.get(*names)), np.array(run.get(*outputs))))
         whole = np.block([[a, b[:, [i]]], [np.zeros((1, len(names) + 1))]])
         foretold = expm(whole * TICK)[:-1, -1] * 2.0 * change
-        found = ends[1][0] - ends[0][0]
-        assert found / scales == pytest.approx(
+        moved = ends[1][0] - ends[0][0]
+        assert moved / scales == pytest.approx(
             foretold / scales, abs=0.02 * np.abs(foretold / scales).max()
         )
         c = run.jacobian(outputs, names)
-        assert ends[1][1] - ends[0][1] == pytest.approx(c @ found, rel=1e-3)
+        assert ends[1][1] - ends[0][1] == pytest.approx(c @ moved, rel=1e-3)
     (run.fmu.freeFMUState if run.three else run.fmu.freeFMUstate)(kept)
 
 
@@ -116,7 +116,7 @@ def test_adjoint_derivatives_are_those_of_the_transposed_jacobian(run: Run) -> N
     """By any two seeds v and w, w (J v) is (w J) v."""
     names = moving(run)
     if not run.three:
-        pytest.skip("FMI 2.0 has none")
+        pytest.skip("FMI 2.0 has no adjoint derivatives")
     unknowns = [run.references[f"der({name})"] for name in names]
     knowns = [run.references[name] for name in names + INPUTS]
     v, w = np.sin(np.arange(len(knowns))), np.cos(np.arange(len(unknowns)))
@@ -126,15 +126,15 @@ def test_adjoint_derivatives_are_those_of_the_transposed_jacobian(run: Run) -> N
 
 
 def test_what_has_no_derivative_is_an_error_of_fmi(run: Run) -> None:
-    """By an output, of an input, by a parameter that is zero."""
+    """These are by an output, of an input, and by a parameter that is zero."""
     import fmpy
 
     run.begin()
     run.set(load__mass=0.0)
-    for unknown, known in (
+    for unknown, input_ in (
         ("model.position", "model.velocity"),
         ("valve_current", "state.position"),
         ("der(state.velocity)", "load.mass"),
     ):
         with pytest.raises(fmpy.fmi1.FMICallException):
-            run.jacobian([unknown], [known])
+            run.jacobian([unknown], [input_])

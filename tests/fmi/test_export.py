@@ -1,4 +1,4 @@
-"""The exported FMU, as FMPy sees and runs it."""
+"""The exported FMU, checked and run by FMPy."""
 
 import math
 import zipfile
@@ -68,15 +68,15 @@ def test_steps_of_any_width_end_in_the_same_place(run: Run) -> None:
 
 
 def test_a_state_can_be_kept_and_turned_to_bytes(run: Run) -> None:
-    """From a copy, and from its bytes, the same future follows."""
+    """A copy of the state and its bytes lead to the same trajectory."""
     run.begin()
     run.set(valve_current=1e-3)
     run.fmu.doStep(0.0, 0.02)
     three = run.three
     state = (run.fmu.getFMUState if three else run.fmu.getFMUstate)()
-    said = (run.fmu.serializeFMUState if three else run.fmu.serializeFMUstate)(state)
+    content = (run.fmu.serializeFMUState if three else run.fmu.serializeFMUstate)(state)
     futures = []
-    again = (run.fmu.deserializeFMUState if three else run.fmu.deSerializeFMUstate)(said)
+    again = (run.fmu.deserializeFMUState if three else run.fmu.deSerializeFMUstate)(content)
     for kept in (state, again):
         (run.fmu.setFMUState if three else run.fmu.setFMUstate)(kept)
         run.fmu.doStep(0.02, 0.03)
@@ -97,7 +97,7 @@ def test_an_output_cannot_be_set_and_a_lost_state_is_an_error(run: Run) -> None:
 
 
 def test_another_tools_token_makes_no_instance(knee_fmu: Path, tmp_path: Path) -> None:
-    """A library that is not that of its description refuses to work."""
+    """A library with another token than its description makes no instance."""
     description = fmpy.read_model_description(str(knee_fmu))
     description.guid = description.instantiationToken = "{another}"
     with pytest.raises(Exception, match="nstantiate"):
@@ -128,18 +128,18 @@ def test_what_is_made_twice_is_the_same_twice(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "message"),
     [
         ([str(KNEE), "--float32"], "--c-only"),
         ([str(shipped("configs/hyq_leg.toml"))], "several actuators"),
         ([str(KNEE), "--out", "/nowhere/knee.fmu"], "the folder /nowhere does not exist"),
     ],
 )
-def test_what_cannot_be_exported_is_said(words: list[str], said: str) -> None:
+def test_a_configuration_that_cannot_be_exported_is_refused(words: list[str], message: str) -> None:
     """One message, exit code 2."""
     done = CliRunner().invoke(main, ["export-fmu", *words])
     assert done.exit_code == 2
-    assert said in str(done.output) + str(done.exception)
+    assert message in str(done.output) + str(done.exception)
 
 
 @pytest.mark.slow
@@ -149,10 +149,10 @@ def test_the_windows_library_exports_the_interface(tmp_path: Path) -> None:
     done = CliRunner().invoke(main, ["export-fmu", str(KNEE), "--out", str(file)])
     assert done.exit_code == 0, done.output
     with zipfile.ZipFile(file) as archive:
-        found = [n for n in archive.namelist() if n.endswith(".dll")]
-        if not found:
+        libraries = [n for n in archive.namelist() if n.endswith(".dll")]
+        if not libraries:
             pytest.skip("no ziglang")
-        binary = archive.read(found[0])
+        binary = archive.read(libraries[0])
     assert binary[:2] == b"MZ"
     assert b"DoStep\0" in binary
 

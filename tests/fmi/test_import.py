@@ -1,4 +1,4 @@
-"""An FMU behind our CANopen instruments: one that is not ours, hostile ones, and our own."""
+"""An FMU behind the CANopen nodes: a foreign one, faulty ones, and the exported one."""
 
 import math
 import struct
@@ -88,8 +88,8 @@ def test_a_foreign_plant_moves_behind_the_node(crane: Path) -> None:
         assert struct.unpack_from("<i", last.data)[0] == round(force * 1e3)
 
 
-def test_what_stands_around_the_plant_works_as_with_the_built_in_one(crane: Path) -> None:
-    """Faults of sensors and bus, conditions, a recording."""
+def test_functions_around_the_plant_work_as_with_the_built_in_one(crane: Path) -> None:
+    """These are faults of sensors and bus, conditions and a recording."""
     with emulator(crane, WIRED.format(misdeed=0)) as made:
         frames(made, 20)
         with made.fault("position", "offset", value="1 mm"):
@@ -101,7 +101,7 @@ def test_what_stands_around_the_plant_works_as_with_the_built_in_one(crane: Path
 
 
 @pytest.mark.parametrize(
-    ("misdeed", "said"),
+    ("misdeed", "message"),
     [
         (2, "has crashed: signal 11"), (5, "has not answered for 0.5 s"),
         pytest.param(3, "its step from 0.05 s failed", marks=FULL),
@@ -110,11 +110,13 @@ def test_what_stands_around_the_plant_works_as_with_the_built_in_one(crane: Path
         pytest.param(7, "has an output that is no finite number", marks=FULL),
     ],
 )  # fmt: skip
-def test_an_fmu_that_fails_does_not_take_the_bus_down(crane: Path, misdeed: int, said: str) -> None:
-    """One emergency 0x6100, no plausible reading, and the node goes on answering."""
+def test_an_fmu_that_fails_does_not_take_the_bus_down(
+    crane: Path, misdeed: int, message: str
+) -> None:
+    """The node sends one emergency 0x6100 and no plausible reading, and still responds."""
     with emulator(crane, WIRED.format(misdeed=misdeed)) as made:
         sent = frames(made, 80)
-        assert said in made.rig.plant.supply.failure
+        assert message in made.rig.plant.supply.failure
         assert [f.data[:2] for f in sent if f.can_id == 0x085 and f.data[:2] != bytes(2)] == [
             b"\x00\x61"
         ]
@@ -124,7 +126,7 @@ def test_an_fmu_that_fails_does_not_take_the_bus_down(crane: Path, misdeed: int,
 
 
 def test_a_run_whose_fmu_fails_goes_on_and_ends_with_a_clear_line(crane: Path) -> None:
-    """To its very end, with the FMU's failure as the last line and exit code 1."""
+    """It runs to its end, with the FMU's failure as the last line and exit code 1."""
     layer = crane.parent / "layer.toml"
     layer.write_text(WIRED.format(misdeed=2))
     words = ["--bus", "virtual:crash", "--clock", "lockstep", "--duration", "100 ms"]
@@ -135,8 +137,8 @@ def test_a_run_whose_fmu_fails_goes_on_and_ends_with_a_clear_line(crane: Path) -
     assert "frames    0 in, 2 out" in done.output  # boot-up and emergency
 
 
-def test_our_own_fmu_gives_the_frames_of_the_built_in_plant(knee_fmu: Path) -> None:
-    """Exported and imported: the bus cannot tell, byte for byte."""
+def test_the_exported_fmu_gives_the_frames_of_the_built_in_plant(knee_fmu: Path) -> None:
+    """The exported FMU, imported again, leads to the same frames byte for byte."""
     names = [*(c.signal for c in CHANNELS), "transverse_force"]
     wired = "\n".join(f'{name} = "model.{name}"' for name in names)
     text = f"""
@@ -148,15 +150,15 @@ external_force = "external_force"
 [plant.outputs]
 {wired}
 """
-    with emulator(knee_fmu, text) as foreign, emulator(knee_fmu, "") as own:
-        for made in (foreign, own):
+    with emulator(knee_fmu, text) as imported, emulator(knee_fmu, "") as built_in:
+        for made in (imported, built_in):
             made.set("external_force", "200 N")
-        assert frames(foreign, 200) == frames(own, 200)
-        assert own.signals.model.position > 0.04
+        assert frames(imported, 200) == frames(built_in, 200)
+        assert built_in.signals.model.position > 0.04
 
 
 def test_only_the_built_in_plant_has_parameters_to_break(crane: Path) -> None:
-    """A fault or setting of the plant says so; a command that needs the model does, too."""
+    """A fault or setting of the plant is refused, and so is a command that needs the model."""
     with emulator(crane, WIRED.format(misdeed=0)) as made:
         with pytest.raises(UserError, match="in place of the built-in plant"):
             made.fault("supply", "droop", drop="60 bar")
@@ -168,25 +170,25 @@ def test_only_the_built_in_plant_has_parameters_to_break(crane: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         (("x[1]", "x[2]"), "no variable 'x\\[2\\]'; of kind output there are motor.F"),
         (("motor.i", "motor.F"), "'motor.F' is of kind output, wanted is input"),
         (("[kN]", "[kg]"), "'motor.F' is in 'kg', wanted is a unit like N"),
-        (("position =", "place ="), "place: there is none"),
+        (("position =", "place ="), "place: unknown"),
         (("crane.fmu", "cranes.fmu"), "there is no such FMU"),
         (("crane.fmu", "layer.toml"), "is no FMU"),
         (("misdeed = 0", "misdeed = 1"), "nitializ"),
-        (('fmu = "crane.fmu"', ""), "names none"),
+        (('fmu = "crane.fmu"', ""), "without naming it"),
     ],
 )
-def test_a_wrong_wiring_is_told_before_the_first_frame(
-    crane: Path, change: tuple[str, str], said: str
+def test_a_wrong_wiring_is_reported_before_the_first_frame(
+    crane: Path, change: tuple[str, str], message: str
 ) -> None:
     """One message that names the file, what is wrong and what there is."""
     text = WIRED.format(misdeed=0)
     assert change[0] in text
-    with pytest.raises(UserError, match=said), emulator(crane, text.replace(*change)):
+    with pytest.raises(UserError, match=message), emulator(crane, text.replace(*change)):
         pass
 
 
@@ -213,5 +215,5 @@ def test_a_valve_driver_by_cia_408_stands_in_front_of_it(crane: Path) -> None:
             peer.send([Frame(0x205, struct.pack("<Hh", word, 0x4000 // 4))])
             made.tick()
         assert made.signals.model.load_force == pytest.approx(250.0, rel=1e-6)
-        seen = [f for f in peer.receive() if f.can_id == 0x188]
-        assert seen
+        sent = [f for f in peer.receive() if f.can_id == 0x188]
+        assert sent

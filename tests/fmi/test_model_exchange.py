@@ -1,4 +1,4 @@
-"""FMUs that leave the integration to us: closed forms, events, and hostile ones."""
+"""FMUs for model exchange: closed forms, events, and faulty ones."""
 
 import math
 import struct
@@ -95,7 +95,7 @@ def test_it_moves_by_the_closed_form_through_both_kinds_of_events(sliding: Path)
         assert made.signals.model.acceleration == pytest.approx(11.0, rel=1e-12)
 
 
-def test_what_it_asks_for_after_a_step_is_an_event(sliding: Path) -> None:
+def test_a_request_after_a_step_is_an_event(sliding: Path) -> None:
     """Its further force sets in at the end of the step that passes 19.99 ms: at 20 ms."""
     text = WIRED.replace(f"onset = {ONSET}", "onset = 1e9").replace("reach = 15.0", "reach = 1e9")
     with emulator(sliding, f"{text}misdeed = 11\n") as made:
@@ -104,7 +104,7 @@ def test_what_it_asks_for_after_a_step_is_an_event(sliding: Path) -> None:
         assert made.signals.model.velocity == pytest.approx(speed, rel=1e-9)
 
 
-def test_an_event_that_is_due_at_the_end_of_a_tick_is_seen_in_it(sliding: Path) -> None:
+def test_an_event_that_is_due_at_the_end_of_a_tick_acts_in_it(sliding: Path) -> None:
     """The further force sets in at 20 ms, and is in the acceleration of 20 ms."""
     text = WIRED.replace(f"onset = {ONSET}", "onset = 0.02")
     with emulator(sliding, text) as made:
@@ -117,7 +117,7 @@ def test_an_event_that_is_due_at_the_end_of_a_tick_is_seen_in_it(sliding: Path) 
 
 
 @pytest.mark.parametrize(
-    ("misdeed", "said"),
+    ("misdeed", "message"),
     [
         (2, "has crashed: signal 11"),
         (9, "finds no end of its events at 0.05 s"),
@@ -132,15 +132,15 @@ def test_an_event_that_is_due_at_the_end_of_a_tick_is_seen_in_it(sliding: Path) 
     ],
 )
 def test_one_that_fails_does_not_take_the_bus_down(
-    tmp_path: Path, unpacked: Path, misdeed: int, said: str
+    tmp_path: Path, unpacked: Path, misdeed: int, message: str
 ) -> None:
-    """One emergency 0x6100, no plausible reading, the node goes on answering, no file is left."""
+    """The node sends one emergency 0x6100, no plausible reading, and responds; no file is left."""
     fmu = slide(3, tmp_path / "slide.fmu")
     # an event is due while the misdeed is done
     text = WIRED.replace(f"onset = {ONSET}", "onset = 0.05").replace("reach = 15.0", "reach = 1e9")
     with emulator(fmu, f"{text}misdeed = {misdeed}\n") as made:
         sent = driven(made, 80)
-        assert said in made.rig.plant.supply.failure
+        assert message in made.rig.plant.supply.failure
         assert [f.data[:2] for f in sent if f.can_id == 0x085 and f.data[:2] != bytes(2)] == [
             b"\x00\x61"
         ]
@@ -150,20 +150,20 @@ def test_one_that_fails_does_not_take_the_bus_down(
 
 
 @pytest.mark.parametrize(
-    ("misdeed", "said"),
+    ("misdeed", "message"),
     [
         (8, "has ended its simulation at 0.051 s"),
         (12, "its step from 0.05 s ended early"),
     ],
 )
 def test_a_communication_step_that_is_no_whole_one_is_a_failure(
-    tmp_path: Path, misdeed: int, said: str
+    tmp_path: Path, misdeed: int, message: str
 ) -> None:
-    """What FMI 3.0 answers beside the status is heeded."""
+    """The results that FMI 3.0 returns besides the status are evaluated."""
     fmu = slide(3, tmp_path / "slide.fmu", interface="CoSimulation")
     with emulator(fmu, f"{WIRED}misdeed = {misdeed}\n") as made:
         driven(made, 60)
-        assert said in made.rig.plant.supply.failure
+        assert message in made.rig.plant.supply.failure
 
 
 def test_an_array_is_refused_by_name(tmp_path: Path) -> None:
@@ -200,7 +200,7 @@ def test_an_array_is_refused_by_name(tmp_path: Path) -> None:
 def test_co_simulation_is_used_unless_another_interface_is_wanted(
     tmp_path: Path, there: str, wanted: str | None, used: str | None
 ) -> None:
-    """What the FMU does not have is refused ahead of the run, with what it has."""
+    """An interface that the FMU lacks is refused before the run; the message names its own."""
     slide(3, tmp_path / "slide.fmu", interface=there)
     asked = f'interface = "{wanted}"\n[plant.inputs]' if wanted else "[plant.inputs]"
     layer = tmp_path / "layer.toml"

@@ -1,4 +1,4 @@
-"""What tests of the identification share."""
+"""Fixtures that tests of the identification share."""
 
 from collections.abc import Iterator
 

@@ -18,7 +18,7 @@ CACHE = cache_folder()
 KNEE = Path(__file__).parents[2] / "configs" / "hyq_knee.toml"
 PERIOD = 1e-3
 INSTRUMENTS = ("pressure_a", "pressure_b", "supply_pressure", "position", "load_force")
-"""What a usual rig measures: neither velocity nor the spool."""
+"""Channels of a usual rig, without velocity and spool position."""
 OFF = {"valve_gain": 1.07, "oil_bulk_modulus": 0.92, "coulomb_friction_force": 1.2}
 """Ordinary parameters of the machine over those in its data sheets."""
 

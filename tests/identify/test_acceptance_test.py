@@ -1,4 +1,4 @@
-"""What a name must pass."""
+"""Conditions for a name."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ from hil_emulator.identify.selection.levels import needed_delta_chi2
 
 def evidence(delta_chi2: float = 500.0, wald: float = 50.0, held_out: float = 400.0,
              variance_factor: float = 1.0) -> Evidence:  # fmt: skip
-    """Return evidence that passes unless told otherwise."""
+    """Return evidence that passes, unless a number is changed."""
     return Evidence(delta_chi2, wald, held_out, needed_delta_chi2(100), variance_factor)
 
 
@@ -23,7 +23,7 @@ def test_all_evidence_together_passes() -> None:
 
 
 @pytest.mark.parametrize("candidates", [1, 10, 100, 1000])
-def test_chance_names_nothing_however_many_are_asked_about(candidates: int) -> None:
+def test_chance_names_nothing_among_any_number_of_candidates(candidates: int) -> None:
     """The best of many squared normal variables passes in one healthy machine of a thousand."""
     alone = chi2.cdf(needed_delta_chi2(candidates), 1)
     assert 1.0 - alone**candidates == pytest.approx(1e-3, rel=0.01)
@@ -48,14 +48,14 @@ def test_an_absurd_size_needs_plain_data() -> None:
     That is the logarithm of a Cauchy density over its peak.
     """
     least = needed_delta_chi2(100) - 2.0 * np.log(cauchy.pdf(10.0) / cauchy.pdf(0.0))
-    known = replace(evidence(), size=-10.0)
-    assert replace(known, wald=1.001 * least).passed
-    assert not replace(known, wald=0.999 * least).passed
+    plausible = replace(evidence(), size=-10.0)
+    assert replace(plausible, wald=1.001 * least).passed
+    assert not replace(plausible, wald=0.999 * least).passed
     assert least - needed_delta_chi2(100) == pytest.approx(9.2, abs=0.1)
 
 
 def test_held_out_data_must_show_it_too() -> None:
-    """What one of twenty gains by chance on data that took no part is no sign of an effect."""
+    """A gain on held-out data with p > 0.05 by chance is no evidence of an effect."""
     assert not evidence(held_out=chi2.ppf(0.949, 1)).passed
     assert evidence(held_out=chi2.ppf(0.951, 1)).passed
 

@@ -57,7 +57,7 @@ def like(c: Columns, heading: str, other: str) -> Columns:
 
 
 def scaled(c: Columns, factor: float, *names: str) -> Columns:
-    """Return columns with some values in another unit than the heading says."""
+    """Return columns with some values in a unit other than that of the heading."""
     return {h: v * factor if h.split()[0] in names else v for h, v in c.items()}
 
 
@@ -149,7 +149,7 @@ def test_a_file_that_cannot_be_read_is_refused(tmp_path: Path, name: str) -> Non
 
 @pytest.mark.parametrize("name", UNEXAMINED)
 def test_what_cannot_be_examined_gets_the_reason_and_no_name(tmp_path: Path, name: str) -> None:
-    """Units, signs, columns, clocks: the verdict says what contradicts."""
+    """Units, signs, columns, clocks: the reason names the contradiction."""
     change, words = UNEXAMINED[name]
     code, output = asked(written(tmp_path / "log.csv", change(dict(good()))))
     assert code == 3
@@ -168,8 +168,8 @@ def test_what_is_no_table_is_refused(tmp_path: Path, content: str) -> None:
 
 
 def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
-    """A misspelt name and an unknown ending are said."""
-    assert "cannot be read" in asked(tmp_path / "none.csv")[1]
+    """A misspelt name and an unknown ending get a message."""
+    assert "cannot be read" in asked(tmp_path / "missing.csv")[1]
     assert "unknown ending" in asked(written(tmp_path / "log.xls", dict(good())))[1]
     code, output = asked(written(tmp_path / "log.csv", dict(good())), "--channel", "position")
     assert code == 2
@@ -185,8 +185,8 @@ def test_a_damaged_file_leaves_no_traceback(tmp_path: Path) -> None:
         capture_output=True, text=True, timeout=120, env=dict(os.environ), check=False,
     )  # fmt: skip
     assert done.returncode == 2
-    said = (done.stdout + done.stderr).strip().splitlines()
-    lines = [line for line in said if not line.startswith("identify; ")]
+    printed = (done.stdout + done.stderr).strip().splitlines()
+    lines = [line for line in printed if not line.startswith("identify; ")]
     assert len(lines) == 1, lines
     assert lines[0].startswith(f"hil-emulator: {file}")
 

@@ -1,4 +1,4 @@
-"""What cannot be examined is said, with the reason; nothing crashes and nothing gets a name."""
+"""Data that cannot be examined get a verdict with the reason, no crash and no name."""
 
 from dataclasses import replace
 
@@ -39,7 +39,7 @@ def log(period: float = 1e-3, driven: bool = True, **readings: np.ndarray) -> Ex
         (log(driven=False), "no balance can be examined"),
     ],
 )
-def test_it_says_why_it_cannot_examine(experiment: Experiment, words: str) -> None:
+def test_data_that_cannot_be_examined_get_the_reason(experiment: Experiment, words: str) -> None:
     """A still rod, a missing position, a slow log, a wrong sign, missing channels."""
     result = identify(knee(), [experiment], cache=CACHE)
     assert result.verdict == "cannot_examine"
@@ -70,8 +70,8 @@ def test_one_contradictory_log_is_left_out_by_name() -> None:
     assert sound.contrary == ""
 
 
-def test_logs_that_all_contradict_stay_and_it_is_said_what() -> None:
-    """Where nothing would be left to learn from, nothing is left out: the answer says why."""
+def test_if_all_logs_contradict_physics_the_reason_lists_the_contradictions() -> None:
+    """No log is left out if the fit would have no log for the fit; the verdict has the reason."""
     good, wrong = recorded({}, "steps", 1), recorded({}, "triangles", 5)
     wrong = replace(wrong, readings=wrong.readings | {"load_force": -wrong.readings["load_force"]})
     sound = without_contradictions([wrong], [good], knee_model().plant_values)
@@ -80,7 +80,7 @@ def test_logs_that_all_contradict_stay_and_it_is_said_what() -> None:
 
 
 def test_a_rod_at_its_stop_may_be_pressed_there() -> None:
-    """What the stop takes does not reach the load: no sign that two recordings were mixed."""
+    """The stop carries a force that does not reach the load: recordings are not mixed."""
     machine = hil.load("hyq_knee")
     log = machine.simulate(lambda t: 1e-3 * np.sin(2.0 * np.pi * t * (1.0 + t / 6.0)), "6 s")
     assert log["model.stop_force"].abs().max() > 3e3

@@ -28,7 +28,7 @@ def stopping() -> Readings:
     ideal = {
         "noise_sigma",
         "resolution_step",
-    }  # a load cell without limits: a clipped force is none
+    }  # a load cell without limits, whose force is not clipped
     chain = {c: {n: x for n, x in v.items() if n in ideal} for c, v in knee().sensors.items()}
     sensors = Sensors(model.kernel, chain, 1e-3, np.random.default_rng(1))
     rows = []
@@ -78,7 +78,7 @@ def test_half_a_percent_at_one_value_is_left_out(channel: str, level: float, wor
 
 
 def test_a_set_point_goes_on_through_a_bad_value() -> None:
-    """What the logger wrote wrongly, the valve got: about what was before and after."""
+    """The valve received a value near those before and after the wrongly logged one."""
     current = 1e-3 * np.sin(2.0 * np.pi * 3.0 * 1e-3 * np.arange(5000))
     rows = np.arange(100, 5000, 700)
     values = current.copy()
@@ -89,7 +89,7 @@ def test_a_set_point_goes_on_through_a_bad_value() -> None:
 
 
 def test_bad_positions_that_hide_each_other_are_left_out() -> None:
-    """Two zeros with a sound sample in between are two bad samples, and that one is none."""
+    """Two zeros around a good sample are two bad samples; the good one stays."""
     values = moving()["position"].copy()
     values[[324, 326]] = 0.0
     kept, notes = cleaned(moving() | {"position": values})

@@ -137,7 +137,7 @@ Delta_X\t0{point}01\t0{point}01\t
 @pytest.mark.parametrize("point", [".", ","])
 @pytest.mark.parametrize("columns", ["One", "No", "Multi"])
 def test_lvm(tmp_path: Path, point: str, columns: str) -> None:
-    """One column of times, none, or one for each channel; decimal points or commas."""
+    """One column of times, no such column, or one per channel; decimal points or commas."""
     heads = {"One": "X_Value\tposition\tload_force", "No": "\tposition\tload_force",
              "Multi": "X_Value\tposition\tX_Value\tload_force"}[columns]  # fmt: skip
     rows = []
@@ -184,7 +184,7 @@ def test_a_missing_package_is_named_with_the_extra(
     b"LabVIEW Measurement\t\nSeparator\tTab\n",
 ])  # fmt: skip
 def test_a_damaged_file_is_refused(tmp_path: Path, ending: str, content: bytes) -> None:
-    """Whatever is in it: one message that names the file."""
+    """Any damage gives one message that names the file."""
     file = tmp_path / f"log{ending}"
     file.write_bytes(content)
     with pytest.raises(UserError, match=r"log\."):

@@ -77,7 +77,7 @@ def bent(values: Array, curve: Array) -> Array:
 
 @pytest.mark.full(sibling="test_a_waving_calibration_shows_at_its_sensor")
 @pytest.mark.parametrize("channel", ["position", "load_force"])
-def test_a_waving_calibration_is_told_as_something_unknown_there(channel: str) -> None:
+def test_a_waving_calibration_is_reported_as_something_unknown_there(channel: str) -> None:
     """No effect is named, and what is unknown is above all in the reading of that sensor."""
     training, validation = campaign({})
     result = identify(

@@ -1,4 +1,4 @@
-"""Logs of frames as people have them: every format says the same, whatever its ending."""
+"""Logs of frames as users have them: every format gives the same, whatever its ending."""
 
 import gzip
 import io
@@ -34,7 +34,7 @@ def frames() -> Frames:
 
 @pytest.fixture(scope="module")
 def wanted(frames: Frames, tmp_path_factory: pytest.TempPathFactory) -> Experiment:
-    """Return what the log of `candump -L` says."""
+    """Return the experiment from the log of `candump -L`."""
     return read(by_python_can(frames, tmp_path_factory.mktemp("wanted") / "run.log"))
 
 
@@ -151,7 +151,7 @@ def screen(frames: Frames, times: str, extras: bool) -> list[str]:
 def test_the_screen_of_candump(
     frames: Frames, wanted: Experiment, tmp_path: Path, times: str, extras: bool
 ) -> None:
-    """Times absolute, relative or from frame to frame; direction and text beside the data."""
+    """Times absolute, relative or from frame to frame; direction and text next to the data."""
     same(read(text(tmp_path / "run.log", screen(frames, times, extras))), wanted)
 
 
@@ -216,7 +216,7 @@ def test_remarks_and_byte_order_marks(
 
 @pytest.mark.parametrize("line", ["hello", "(1.0) can0 18#zz", "(1.0) can0 185#0"])
 def test_a_line_that_is_no_frame_is_named(frames: Frames, tmp_path: Path, line: str) -> None:
-    """By its number and what it says, never in Python's words."""
+    """By its number and its text, without a message of Python."""
     lines = by_python_can(frames, tmp_path / "plain.log").read_text().splitlines()
     with pytest.raises(UserError, match=r"run\.log: line 51: .*: '"):
         read(text(tmp_path / "run.log", [*lines[:50], line, *lines[50:]]))

@@ -1,4 +1,4 @@
-"""CAN captures: the same experiment as the emulator's own recording, whoever explains the frames.
+"""CAN captures: the same experiment as the emulator's recording, whatever describes the frames.
 
 The reference is what the recorder kept: set points in force and readings, tick by tick.
 """
@@ -32,7 +32,7 @@ LAYOUTS = {
     "separate": ("configs/hyq_knee.toml", "configs/hyq_knee_separate.toml"),
 }
 DIGIT = {"pressure_a": 1e3, "pressure_b": 1e3, "position": 1e-6, "load_force": 1e-2}
-"""What one digit of a PDO is worth at most, SI."""
+"""Largest value of one digit of a PDO, SI."""
 
 
 @dataclass
@@ -192,7 +192,7 @@ def test_a_drifting_clock_is_refused(run: Run) -> None:
         experiments([file], run.config, Meaning())
 
 
-def test_a_capture_of_something_else_says_what_is_in_it(run: Run) -> None:
+def test_a_capture_of_something_else_lists_its_content(run: Run) -> None:
     """Frames of unknown identifiers: what was wanted, what is there, and what to give."""
     file = run.folder / "other.log"
     with can.Logger(str(file)) as log:
@@ -205,7 +205,7 @@ def test_a_capture_of_something_else_says_what_is_in_it(run: Run) -> None:
 @pytest.mark.parametrize("ending", [".blf", ".asc", ".log"])
 @pytest.mark.parametrize("content", [b"", b"LOGG and then nothing", b"\x00\xff" * 300])
 def test_a_damaged_capture_is_refused(run: Run, ending: str, content: bytes) -> None:
-    """Whatever is in it: one message that names the file."""
+    """Any damage gives one message that names the file."""
     file = run.folder / f"bad{ending}"
     file.write_bytes(content)
     with pytest.raises(UserError, match=r"bad\."):
@@ -213,7 +213,7 @@ def test_a_damaged_capture_is_refused(run: Run, ending: str, content: bytes) -> 
 
 
 def test_the_same_frames_from_two_channels_are_refused(run: Run) -> None:
-    """Two buses with the same identifiers in one file cannot be told apart."""
+    """Two buses with the same identifiers in one file cannot be separated."""
     file = run.folder / "two.blf"
     with can.Logger(str(file)) as log:
         for k in range(100):

@@ -31,14 +31,14 @@ N = 40_000
 
 
 def search(
-    delta_chi2: float, own: float = 0.0, uncertainty: float = 0.0, information: float = 1e3,
+    delta_chi2: float, from_fit: float = 0.0, uncertainty: float = 0.0, information: float = 1e3,
     free: float = 0.0,
 ) -> Search:  # fmt: skip
     """Return a finished search that named friction of size one along the stroke.
 
     Args:
         delta_chi2: in chi-square.
-        own: standard deviation by the data; what it had when it was named is zero.
+        from_fit: standard deviation by the data; what it had when it was named is zero.
         uncertainty: the same by what no law explains.
         information: of the effect at its typical size, when it was named.
         free: gain of a free term in chi-square, of which ten are chance.
@@ -46,7 +46,7 @@ def search(
     """
     knob = COORDINATES["position_friction"]
     jacobian = np.zeros((N, 1))
-    jacobian[0] = 1.0 / own if own else 1e6
+    jacobian[0] = 1.0 / from_fit if from_fit else 1e6
     fit = Fit([knob], np.ones(1), np.zeros(N), jacobian, 0.0)
     score = replace(score_of(knob, jacobian[:, 0], Projection(fit)), information=information)
     trial = Trial(score, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0), 0.0)
@@ -62,7 +62,7 @@ def search(
     ("delta_chi2", "uncertainty", "too_faint"),
     [(300.0, 0.28, False), (300.0, 0.33, True), (500.0, 0.33, False)],
 )
-def test_a_faint_effect_needs_a_value_that_differs_from_none(
+def test_a_faint_effect_needs_a_value_that_differs_from_zero(
     delta_chi2: float, uncertainty: float, too_faint: bool
 ) -> None:
     """Below a percent of the variance, one in a thousand has to be as far off by chance (3.29)."""
@@ -76,23 +76,23 @@ def test_a_faint_effect_needs_a_value_that_differs_from_none(
 def test_a_faint_effect_explains_more_than_a_free_term(
     delta_chi2: float, free: float, too_faint: bool
 ) -> None:
-    """What is left of ten in chi-square by chance may hold so little; a percent it may not."""
+    """A free term may gain 10 in chi-square by chance; it may not gain 1 % of the effect."""
     assert faint(search(delta_chi2, free=free)) == ["position_friction"] * too_faint
 
 
 def test_a_faint_effect_needs_a_machine_that_occurs() -> None:
-    """Nothing is named for so little if a valve has to be six deviations off beside it."""
-    found = search(300.0)
+    """A small gain gives no name if the valve would have to be six deviations off."""
+    finished = search(300.0)
     valve = next(c for c in ordinary(knee_model()) if c.name == "valve_gain")
-    last = found.rounds[-1]
+    last = finished.rounds[-1]
     for off, too_faint in ((2.0, False), (6.0, True)):
-        free = [*found.effects, valve]
+        free = [*finished.effects, valve]
         jacobian = np.column_stack([last.base.jacobian, np.zeros(N)])
         base = Fit(free, np.array([1.0, off]), np.zeros(N), jacobian, 0.0)
-        found.rounds[-1] = replace(last, base=base)
+        finished.rounds[-1] = replace(last, base=base)
         left = replace(last.terms[0], uncertainty=np.zeros(2))
-        found.rounds[-1].terms = [left]
-        assert faint(found) == ["position_friction"] * too_faint
+        finished.rounds[-1].terms = [left]
+        assert faint(finished) == ["position_friction"] * too_faint
 
 
 @pytest.mark.parametrize(
@@ -102,9 +102,9 @@ def test_a_faint_effect_needs_a_machine_that_occurs() -> None:
 def test_a_faint_effect_would_show_at_its_usual_size(
     delta_chi2: float, information: float, too_faint: bool
 ) -> None:
-    """What chance gives one of a thousand healthy machines is not seen; much is named anyway."""
-    found = search(delta_chi2, information=information)
-    assert faint(found) == ["position_friction"] * too_faint
+    """An effect without enough information is not named for a small gain, but for a large one."""
+    finished = search(delta_chi2, information=information)
+    assert faint(finished) == ["position_friction"] * too_faint
 
 
 @pytest.mark.parametrize(("refused", "too_faint"), [(590.0, False), (610.0, True)])
@@ -112,34 +112,34 @@ def test_a_faint_effect_explains_no_less_than_what_was_refused(
     refused: float, too_faint: bool
 ) -> None:
     """Where something that is not there explains twice as much, something else is there."""
-    found = search(300.0)
-    named = found.rounds[0]
+    finished = search(300.0)
+    named = finished.rounds[0]
     other = replace(named.trials[0], evidence=replace(named.trials[0].evidence, delta_chi2=refused))
     named.trials.append(other)
-    assert faint(found) == ["position_friction"] * too_faint
+    assert faint(finished) == ["position_friction"] * too_faint
 
 
 @pytest.mark.parametrize(("delta_chi2", "too_faint"), [(300.0, True), (500.0, False)])
 def test_a_faint_effect_needs_a_law_that_fits(delta_chi2: float, too_faint: bool) -> None:
-    """A rise along the stroke beside which a ripple explains more is the ripple's."""
-    found = search(delta_chi2)
-    found.forms["position_friction"] = "a free term explains 74 % more"
-    assert faint(found) == ["position_friction"] * too_faint
+    """A rise along the stroke is not named if ripple explains more."""
+    finished = search(delta_chi2)
+    finished.forms["position_friction"] = "a free term explains 74 % more"
+    assert faint(finished) == ["position_friction"] * too_faint
 
 
 def test_doubts_come_on_top_of_what_the_data_leave() -> None:
     """They have nothing to do with each other: their squares add."""
-    found = search(100.0, own=0.3, uncertainty=0.4)
-    fit = found.rounds[-1].base
-    assert deviation(found, fit, "position_friction") == pytest.approx(0.5, rel=1e-3)
+    finished = search(100.0, from_fit=0.3, uncertainty=0.4)
+    fit = finished.rounds[-1].base
+    assert deviation(finished, fit, "position_friction") == pytest.approx(0.5, rel=1e-3)
 
 
 def test_a_law_that_lacks_something_leaves_its_value_uncertain() -> None:
-    """What it lacks has a quarter of its amplitude: elsewhere it fits as a quarter more or less."""
-    found = search(1e4, own=0.1)
-    found.lacks["position_friction"] = 0.25**2
-    fit = found.rounds[-1].base
-    assert deviation(found, fit, "position_friction") == pytest.approx(
+    """A misfit of a quarter of the amplitude makes the value uncertain by a quarter."""
+    finished = search(1e4, from_fit=0.1)
+    finished.lacks["position_friction"] = 0.25**2
+    fit = finished.rounds[-1].base
+    assert deviation(finished, fit, "position_friction") == pytest.approx(
         np.hypot(0.1, 0.25), rel=1e-3
     )
 
@@ -162,77 +162,77 @@ def test_what_a_strange_parameter_may_stand_in_for_is_uncertain(off: float, doub
     ("off", "other_law", "doubted"),
     [(1.5, True, False), (2.5, False, False), (2.5, True, True), (3.5, False, True)],
 )
-def test_a_value_beside_a_parameter_that_hardly_occurs_is_uncertain(
+def test_a_value_with_an_implausible_parameter_is_uncertain(
     off: float, other_law: bool, doubted: bool
 ) -> None:
-    """Of a law of its own, too, where one of twenty machines has any parameter so far off."""
-    found, name = search(1e4), "position_friction"
+    """The value's interval is wider if the parameter is that far off with p < 0.05."""
+    finished, name = search(1e4), "position_friction"
     usual = [c for c in ordinary(knee_model()) if c.stated]
-    free, place = [*found.effects, *usual], 1 + [c.name for c in usual].index("load_mass")
+    free, place = [*finished.effects, *usual], 1 + [c.name for c in usual].index("load_mass")
     at = np.zeros(len(free))
     at[0], at[place] = 1.0, off * free[place].prior
     shared = np.random.default_rng(6).standard_normal((300, 1))
     jacobian = shared + 0.3 * np.random.default_rng(7).standard_normal((300, len(free)))
     fit = Fit(free, at, np.zeros(300), jacobian / free[place].prior, 0.0)
     if other_law:
-        found.forms[name] = "another one"
+        finished.forms[name] = "another one"
     by_the_data = float(np.sqrt(fit.covariance()[0, 0]))
     moved = taken_over(fit, 0) if doubted else 0.0
-    assert deviation(found, fit, name) == pytest.approx(np.hypot(by_the_data, moved), rel=1e-9)
-    said = borne_elsewhere(found, fit)
-    assert len(said) == (off == 3.5)
-    assert all(line.startswith("load_mass") and name in line for line in said)
+    assert deviation(finished, fit, name) == pytest.approx(np.hypot(by_the_data, moved), rel=1e-9)
+    notes = borne_elsewhere(finished, fit)
+    assert len(notes) == (off == 3.5)
+    assert all(line.startswith("load_mass") and name in line for line in notes)
     assert not doubted or moved > by_the_data
 
 
 @pytest.mark.parametrize("doubt", [0.01, 0.3, 0.6, 2.0])
 def test_an_interval_is_that_of_an_effect_which_is_there(doubt: float) -> None:
-    """It never holds none: of many draws that do not, a fortieth lies beyond each end."""
-    found = search(1e4, uncertainty=doubt)
-    low, high = interval(found, found.rounds[-1].base, "position_friction")
+    """The interval does not hold the off value; 2.5 % of the other draws lie beyond each end."""
+    finished = search(1e4, uncertainty=doubt)
+    low, high = interval(finished, finished.rounds[-1].base, "position_friction")
     draws = 1.0 + doubt * np.random.default_rng(1).standard_normal(400_000)
     assert [low, high] == pytest.approx(np.quantile(draws[draws > 0.0], [0.025, 0.975]), rel=0.02)
     assert 0.0 < low < 1.0 < high
 
 
-def test_an_interval_of_another_law_knows_how_few_numbers_tell_what_the_law_lacks() -> None:
-    """Where six hats, of which one is the size, tell the spread, 95 % of the truths are inside."""
-    random, found = np.random.default_rng(2), search(1e4)
-    fit, inside = found.rounds[-1].base, []
+def test_an_interval_of_another_law_counts_the_few_numbers_behind_its_spread() -> None:
+    """Six hats give the spread, one of them the size; 95 % of the truths are inside."""
+    random, finished = np.random.default_rng(2), search(1e4)
+    fit, inside = finished.rounds[-1].base, []
     fit = replace(fit, residual=fit.residual[:1], jacobian=fit.jacobian[:1])
     for _ in range(2000):
         lacking = 0.1 * random.standard_normal(5)
-        found.lacks["position_friction"] = float(np.mean(lacking**2))
-        low, high = interval(found, fit, "position_friction")
+        finished.lacks["position_friction"] = float(np.mean(lacking**2))
+        low, high = interval(finished, fit, "position_friction")
         inside.append(low < 1.0 + 0.1 * random.standard_normal() < high)
     assert np.mean(inside) == pytest.approx(0.95, abs=0.015)
 
 
 def test_an_interval_holds_the_size_that_one_more_experiment_wants() -> None:
     """Where seven experiments want sizes that are apart, 95 % of those of an eighth are inside."""
-    random, found = np.random.default_rng(3), search(1e4)
-    fit, inside = found.rounds[-1].base, []
+    random, finished = np.random.default_rng(3), search(1e4)
+    fit, inside = finished.rounds[-1].base, []
     fit = replace(fit, residual=fit.residual[:1], jacobian=fit.jacobian[:1])
     for _ in range(2000):
         *drawn, eighth = (1.0 + 0.1 * random.standard_normal(8)).tolist()
-        told = replace(fit, at=np.array([np.mean(drawn)]))
+        reported = replace(fit, at=np.array([np.mean(drawn)]))
         sizes = {"position_friction": Sizes(float(np.mean(drawn)), 1, [""] * 7, drawn, [1e-8] * 7)}
-        found.settled = Settled(told, {"position_friction": 1e-4}, sizes, [])
-        low, high = interval(found, told, "position_friction")
+        finished.settled = Settled(reported, {"position_friction": 1e-4}, sizes, [])
+        low, high = interval(finished, reported, "position_friction")
         inside.append(low < eighth < high)
     assert np.mean(inside) == pytest.approx(0.95, abs=0.015)
 
 
 def test_the_larger_measure_of_what_a_law_lacks_counts() -> None:
     """Free terms see what is alike in all experiments, and sizes what no regressor explains."""
-    found = search(1e4)
-    fit, name = found.rounds[-1].base, "position_friction"
+    finished = search(1e4)
+    fit, name = finished.rounds[-1].base, "position_friction"
     sizes = Sizes(1.0, 1, [""] * 3, [0.9, 1.0, 1.1], [1e-8] * 3)
-    found.settled = Settled(fit, {name: 1e-4}, {name: sizes}, [])
+    finished.settled = Settled(fit, {name: 1e-4}, {name: sizes}, [])
     apart = 0.1 * np.sqrt(1.0 + 1.0 / 3.0)
     for lacks, expected in ((0.05**2, apart), (0.3**2, 0.3)):
-        found.lacks[name] = lacks
-        assert deviation(found, fit, name) == pytest.approx(expected, rel=1e-3)
+        finished.lacks[name] = lacks
+        assert deviation(finished, fit, name) == pytest.approx(expected, rel=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -245,32 +245,33 @@ def test_a_law_whose_sizes_are_apart_is_another_one(
     """Beyond chance, and beyond the root of the 1.5 % that any law may lack: 12 % of itself."""
     fit, name = search(1e4).rounds[-1].base, "position_friction"
     sizes = Sizes(1.0, 1, ["", "", ""], values, [deviation**2] * 3)
-    said = apart(Settled(fit, {}, {name: sizes}, []))
-    assert said == ({name: "experiments want from 70% to 130% of this size"} if other else {})
+    words = apart(Settled(fit, {}, {name: sizes}, []))
+    assert words == ({name: "experiments want from 70% to 130% of this size"} if other else {})
 
 
 @pytest.mark.parametrize(
-    ("about", "said"), [(0.0, {}), (0.01, {}), (0.025, {"position_friction": "from -400% to 400%"})]
+    ("about", "parts"),
+    [(0.0, {}), (0.01, {}), (0.025, {"position_friction": "from -400% to 400%"})],
 )
-def test_sizes_about_nothing_are_told_as_well(about: float, said: dict[str, str]) -> None:
-    """A value that is next to none has parts beyond reason, as long as experiments know it at all.
+def test_sizes_about_zero_are_reported_as_well(about: float, parts: dict[str, str]) -> None:
+    """A value near zero has large relative parts, if the experiments determine it.
 
-    To half of what each is uncertain by, or at none, it has no part.
+    A value below half of its uncertainty in each experiment, or of zero, has no parts.
     """
     fit, name = search(1e4).rounds[-1].base, "position_friction"
     sizes = Sizes(about, 1, ["", "", ""], [-0.1, 0.0, 0.1], [0.02**2] * 3)
-    found = apart(Settled(fit, {}, {name: sizes}, []))
-    assert {n: words for n, words in said.items() if words in found[n]} == said
-    assert bool(found) == bool(said)
+    words = apart(Settled(fit, {}, {name: sizes}, []))
+    assert {n: part for n, part in parts.items() if part in words[n]} == parts
+    assert bool(words) == bool(parts)
 
 
-def test_what_a_calibration_lacks_is_a_part_of_the_law_of_its_own_errors_only() -> None:
-    """It leaves the gain of its sensor no more uncertain than its law says, but that of others."""
-    found = search(1e4)
-    last = found.rounds[-1]
+def test_the_misfit_of_a_calibration_counts_for_the_errors_of_its_sensor_only() -> None:
+    """The misfit widens the intervals of other parameters, not that of this sensor's gain."""
+    finished = search(1e4)
+    last = finished.rounds[-1]
     both = [COORDINATES["load_force.gain_error"], COORDINATES["pressure_a.gain_error"]]
     base = Fit(both, np.ones(2), np.zeros(N), np.zeros((N, 2)), 0.0)
     curve = replace(last.terms[0], balance=CELL, regressor="measured force",
                     uncertainty=np.array([0.3, 0.2]))  # fmt: skip
-    found.rounds[-1] = replace(last, base=base, terms=[curve])
-    assert list(discrepancy_uncertainty(found, base)) == [0.0, 0.2]
+    finished.rounds[-1] = replace(last, base=base, terms=[curve])
+    assert list(discrepancy_uncertainty(finished, base)) == [0.0, 0.2]

@@ -29,11 +29,11 @@ def practice() -> tuple[Experiment, ...]:
     )
 
 
-def found(e: Experiment, frequency: float | None = None) -> list[str]:
-    """Return what tells of two clocks, of the reference machine or of one that swings otherwise."""
+def messages(e: Experiment, frequency: float | None = None) -> list[str]:
+    """Return the messages on two clocks, with the natural frequency of the machine."""
     plant = knee_model().plant_values
-    own = on_oil(plant) if frequency is None else frequency
-    return two_clocks([e], lambda e: hydraulic_force(e, plant), own)
+    natural = on_oil(plant) if frequency is None else frequency
+    return two_clocks([e], lambda e: hydraulic_force(e, plant), natural)
 
 
 @cache
@@ -61,8 +61,8 @@ def test_practice_data_have_one_clock(number: int) -> None:
     Nor is a chirp, in which frequency, and with it the phase of friction, grows all the time.
     """
     e = practice()[number]
-    assert found(e) == []
-    assert found(undriven(e)) == []
+    assert messages(e) == []
+    assert messages(undriven(e)) == []
 
 
 SWINGING = [
@@ -82,17 +82,17 @@ def test_a_machine_that_swings_slowly_has_one_clock(name: str, kind: str) -> Non
 
 @pytest.mark.parametrize(("name", "faster"), [("position", 0.02), ("load_force", 0.01)])
 def test_a_faster_clock_is_found_on_such_a_machine_as_well(name: str, faster: float) -> None:
-    """What drifts in twelve seconds by more than the machine may swing."""
+    """In 12 s the clock drifts by more than the period of the machine."""
     [which] = cases_called("none-500@crane", 2.0)
     late = drifting(recording(which, "multisine"), name, faster=faster)
     assert "two clocks" in " ".join(contradictions([late], crane().plant_values))
 
 
-@pytest.mark.parametrize(("frequency", "told"), [(np.nan, True), (1e3, True), (1.0, False)])
-def test_what_swings_slowly_may_be_as_late_as_that(frequency: float, told: bool) -> None:
+@pytest.mark.parametrize(("frequency", "reported"), [(np.nan, True), (1e3, True), (1.0, False)])
+def test_what_swings_slowly_may_be_as_late_as_that(frequency: float, reported: bool) -> None:
     """A drift of 86 ms is no machine's unless it swings once a second; unknown is quick."""
     late = drifting(undriven(practice()[0]), "position")
-    assert bool(found(late, frequency)) == told
+    assert bool(messages(late, frequency)) == reported
 
 
 @pytest.mark.parametrize("names", [("position",), ("load_force",),
@@ -101,4 +101,4 @@ def test_a_logger_with_a_faster_clock_is_found(names: tuple[str, ...]) -> None:
     """One percent of drift is found in broad motion, whichever quantity drifts."""
     for e in (practice()[0], practice()[2], practice()[4]):
         for one in (e, undriven(e)):
-            assert "two clocks" in " ".join(found(drifting(one, *names))), (e.name, names)
+            assert "two clocks" in " ".join(messages(drifting(one, *names))), (e.name, names)

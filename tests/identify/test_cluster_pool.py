@@ -29,7 +29,7 @@ from hil_emulator.model.stages import friction
 
 @effect(
     stage=friction, knob=Param("excess", "N", "force", typical=1.0, low=0.0, high=9.0),
-    source="assumed", signature="none",
+    source="assumed", signature="nothing",
 )
 def dry_drag(velocity, excess):
     """F = F_x sgn(v)."""
@@ -54,12 +54,12 @@ def points() -> list[Point]:
     """Return the configured machine, and ones with less oil stiffness."""
     model = knee_model()
     place = (model.kernel.parameters.names or ()).index("oil_bulk_modulus")
-    found = []
+    made = []
     for factor in (1.0, 0.9, 0.8, 0.7):
         par = model.par.copy()
         par[place] *= factor
-        found.append((par, model.chan.copy()))
-    return found
+        made.append((par, model.chan.copy()))
+    return made
 
 
 def test_threads_do_not_change_a_residual() -> None:
@@ -76,16 +76,16 @@ def test_threads_do_not_change_a_residual() -> None:
 
 @pytest.mark.parametrize("jobs", [1, 3])
 def test_a_point_that_is_too_far_off_is_given_up(jobs: int) -> None:
-    """It lacks experiments at its end, and is worse than asked for; nearer ones are whole."""
+    """Such a point exceeds the limit and lacks its last experiments; nearer points are complete."""
     observer = Observer(knee_model(), INSTRUMENTS)
     logs = [recorded({}, kind, 1, 0.5) for kind in ("steps", "multisine", "triangles")]
     batch = Threads(observer, jobs).freeze(logs, points()[0])
     whole = list(batch.residuals(points()))
     losses = [float(r @ r) for r in whole]
     most = 0.5 * (min(losses) + max(losses))
-    for full, found, loss in zip(whole, batch.residuals(points(), most), losses, strict=True):
-        assert np.array_equal(found, full[: len(found)])
-        assert len(found) == len(full) if loss <= most else float(found @ found) > most
+    for full, residual, loss in zip(whole, batch.residuals(points(), most), losses, strict=True):
+        assert np.array_equal(residual, full[: len(residual)])
+        assert len(residual) == len(full) if loss <= most else float(residual @ residual) > most
     if jobs == 1:  # three threads begin all of them at once
         assert len(next(batch.residuals(points()[-1:], 0.0))) < len(whole[-1])
 
@@ -97,10 +97,10 @@ def test_an_effect_of_the_user_travels(tmp_path: Path, monkeypatch: pytest.Monke
     (original,) = read_effects(file, OWN.encode())
     files = effect_files([original])
     monkeypatch.delitem(sys.modules, original.law.__module__)
-    (found,) = restored(files, tmp_path)
-    assert found.name == original.name == "dry_drag"
-    assert found.law is not original.law
-    assert found.law.__module__ == original.law.__module__
+    (effect,) = restored(files, tmp_path)
+    assert effect.name == original.name == "dry_drag"
+    assert effect.law is not original.law
+    assert effect.law.__module__ == original.law.__module__
 
 
 @pytest.mark.parametrize("command", ["identify", "gap"])
@@ -133,7 +133,7 @@ def test_the_result_is_the_same_on_a_cluster(workers: str) -> None:
 
 @pytest.mark.full(sibling="platform/test_cluster.py::test_a_task_that_kills_workers")
 def test_a_worker_that_dies_is_made_up_for(workers: str) -> None:
-    """What a dead worker had frozen is frozen again; the residuals are the same."""
+    """The experiments of a dead worker are frozen again; the residuals are the same."""
     observer = Observer(knee_model(), INSTRUMENTS)
     logs = [recorded({}, kind, 1, 0.5) for kind in ("steps", "multisine", "triangles")]
     here = Threads(observer).freeze(logs, points()[0])
@@ -148,7 +148,7 @@ def test_a_worker_that_dies_is_made_up_for(workers: str) -> None:
 
 @pytest.mark.full(sibling="test_the_result_is_the_same_on_a_cluster")
 def test_workers_share_a_noise(workers: str) -> None:
-    """What logs on several workers tell of their noise weighs all of them, as in one process."""
+    """Noise that logs on several workers show weighs all of them, as in one process."""
     observer = StaticObserver(knee_model())
     logs = [recorded({}, kind, 1, 0.5) for kind in ("steps", "multisine")]
     point = points()[0]

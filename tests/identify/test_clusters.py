@@ -11,7 +11,7 @@ SAMPLES = 2500
 BLOCK = 100
 WAY = 0.08
 GROOVES = 2.6e-3
-"""What a ripple of the friction repeats after [m]."""
+"""Wavelength of the friction's ripple [m]."""
 
 
 def strokes() -> list[Experiment]:
@@ -24,8 +24,8 @@ def strokes() -> list[Experiment]:
 
 def clusters(places: bool) -> Clusters:
     """Return what may be correlated among the residuals of one channel."""
-    known = np.concatenate(places_of(strokes())) if places else np.zeros(0, np.int64)
-    return Clusters(BLOCK, known)
+    places_there = np.concatenate(places_of(strokes())) if places else np.zeros(0, np.int64)
+    return Clusters(BLOCK, places_there)
 
 
 def rippling(random: np.random.Generator, position: Array) -> Array:
@@ -38,35 +38,34 @@ def rippling(random: np.random.Generator, position: Array) -> Array:
 def test_what_ripples_along_the_stroke_scatters_a_value(
     places: bool, low: float, high: float
 ) -> None:
-    """The variance of a value over many machines is the one that is told of each, by place alone.
+    """Clusters by place give the variance of a value over many machines.
 
-    What is fitted acts by the place, too, in a way of its own; by time alone, the variance comes
-    out less than a third of what it is.
+    The fitted law depends on the place, too. Blocks of time give less than a third of the variance.
     """
     random, which = np.random.default_rng(7), clusters(places)
     position = np.concatenate([e.readings["position"] for e in strokes()])
     grains = (position / WAY * 99.0).astype(int)
-    happened, told = [], []
+    happened, variances = [], []
     for _ in range(300):
         column, noise = random.standard_normal(100)[grains], rippling(random, position)
         size = float(column @ noise) / float(column @ column)
         happened.append(size**2)
         factor = which.variance_factor(column, noise - size * column)
-        told.append(factor / float(column @ column))
-    assert low < float(np.mean(told) / np.mean(happened)) < high
+        variances.append(factor / float(column @ column))
+    assert low < float(np.mean(variances) / np.mean(happened)) < high
 
 
 def test_white_noise_is_worth_what_it_is() -> None:
     """Without correlation, no way of grouping widens a variance by much."""
     random = np.random.default_rng(8)
     column = np.sin(0.05 * np.arange(4 * SAMPLES))
-    found = [clusters(places=True).variance_factor(column, random.standard_normal(len(column)))
+    factors = [clusters(places=True).variance_factor(column, random.standard_normal(len(column)))
              for _ in range(50)]  # fmt: skip
-    assert 1.0 <= np.median(found) < 1.3
+    assert 1.0 <= np.median(factors) < 1.3
 
 
 def test_both_ways_are_one_more_than_either() -> None:
-    """What is slow in time is no more certain by where the rod is."""
+    """Clusters by place do not reduce the variance of an error that is slow in time."""
     random = np.random.default_rng(9)
     slow = np.repeat(random.standard_normal(4 * SAMPLES // BLOCK), BLOCK)
     column = np.ones(len(slow))
@@ -74,20 +73,20 @@ def test_both_ways_are_one_more_than_either() -> None:
     assert 0.5 * BLOCK < by_time <= by_both
 
 
-def test_nobody_knows_a_place_without_a_reading() -> None:
+def test_without_a_reading_the_place_is_unknown() -> None:
     """Where no position was read, there is no place; both ways come by the same ones."""
     there, back = np.linspace(0.0, WAY, SAMPLES), np.linspace(WAY, 0.0, SAMPLES)
     there[10] = np.nan
     logs = [Experiment("there", PERIOD, there, {"position": there}),
             Experiment("back", PERIOD, back, {"position": back}),
             Experiment("blind", PERIOD, back, {"load_force": back})]  # fmt: skip
-    one, other, none = places_of(logs)
+    one, other, no_places = places_of(logs)
     assert one[10] == -1
-    assert (none == -1).all()
+    assert (no_places == -1).all()
     assert set(one[one >= 0]) == set(other) == set(range(PLACES))
 
 
 def test_a_rod_that_rests_has_no_places() -> None:
-    """Time alone tells of one that never moved."""
+    """A rod that never moved has blocks of time only."""
     at_rest = [Experiment("rest", PERIOD, np.zeros(SAMPLES), {"position": np.full(SAMPLES, 0.02)})]
     assert (places_of(at_rest)[0] == -1).all()

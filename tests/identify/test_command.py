@@ -27,7 +27,7 @@ def identified(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_identify_writes_page_result_and_layer(identified: Path) -> None:
-    """The layer it writes is accepted after the original; page and JSON tell the same."""
+    """The layer it writes is accepted after the original; page and JSON agree."""
     result = json.loads((identified / "result.json").read_text())
     assert result["verdict"] == "missing_effects"
     force = result["effects"][0]["value"]
@@ -99,13 +99,13 @@ def test_held_out_data_go_up_to_the_next_option(
 ) -> None:
     """A pattern that the shell expands behind --validate stays out of the training data."""
     for name in ("identify", "gap"):
-        said = main.commands[name].make_context(name, list(words)).params
-        assert [str(f) for f in said["files"]] == training
-        assert [str(f) for f in said["validate"]] == held
+        parameters = main.commands[name].make_context(name, list(words)).params
+        assert [str(f) for f in parameters["files"]] == training
+        assert [str(f) for f in parameters["validate"]] == held
 
 
 def test_a_configuration_is_no_held_out_data() -> None:
-    """Whoever begins with --validate is told that it takes what follows."""
+    """The message explains that --validate takes all files that follow."""
     done = CliRunner().invoke(main, ["identify", "--validate", "v.csv", RIG, *TRAIN])
     assert done.exit_code == 2
     assert "before it" in done.output
@@ -130,8 +130,8 @@ def test_an_interrupted_search_ends_as_a_shell_expects(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """After Ctrl-C what is known is written, and the exit code is 130."""
-    known = Result("cannot_examine", "interrupted before the first round", interrupted=True)
-    monkeypatch.setattr(identification.session, "identify", lambda *_, **__: known)
+    interrupted = Result("cannot_examine", "interrupted before the first round", interrupted=True)
+    monkeypatch.setattr(identification.session, "identify", lambda *_, **__: interrupted)
     done = CliRunner().invoke(main, ["identify", RIG, *TRAIN, f"--out={tmp_path}"])
     assert done.exit_code == 130
     assert "interrupted" in done.output.lower()

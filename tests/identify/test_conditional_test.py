@@ -1,4 +1,4 @@
-"""Further effects beside a law that does not fit, on problems with a known answer."""
+"""Further effects next to a law that does not fit, on problems with a known answer."""
 
 import numpy as np
 import pytest
@@ -59,56 +59,58 @@ def judged(spring: float, *names: str) -> Round:
         term(LOAD, "velocity", fit, SPRING),
     ]
     sensitivities = {"null_bias": NULL, "external_leakage": OTHER_LEAK}
-    found = Round(fit, [], [], terms)
+    round_ = Round(fit, [], [], terms)
     for name in names:
         score = candidate(name, fit, sensitivities[name])
         delta_chi2 = score.statistic
-        found.trials.append(
+        round_.trials.append(
             Trial(score, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0), 1.0)
         )
     search = Search([], effects=[COORDINATES["internal_leakage"]])
-    judge(search, found)
-    return found
+    judge(search, round_)
+    return round_
 
 
-def test_what_a_law_of_another_form_leaves_is_no_gain_beside_it() -> None:
-    """A null that is off explains the same beside any leak; another leak explains nothing more."""
+def test_the_misfit_of_a_law_is_no_gain_of_another_effect() -> None:
+    """A null bias gains the same with any leak; another leak gains nothing more."""
     fit = base(70.0 * SHAPE + 22.0 * NULL)
-    beside = ConditionalTest([term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)], fit)
-    assert beside.candidate(candidate("null_bias", fit, NULL)) == pytest.approx(22.0**2)
+    test = ConditionalTest([term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)], fit)
+    assert test.candidate(candidate("null_bias", fit, NULL)) == pytest.approx(22.0**2)
     other = candidate("external_leakage", fit, OTHER_LEAK)
     assert other.statistic == pytest.approx(42.0**2)
-    assert beside.candidate(other) == pytest.approx(0.0, abs=1e-3)
-    assert beside.candidate(candidate("external_leakage", fit, SHAPE)) == 0.0
+    assert test.candidate(other) == pytest.approx(0.0, abs=1e-3)
+    assert test.candidate(candidate("external_leakage", fit, SHAPE)) == 0.0
 
 
-def test_a_term_that_says_what_a_law_leaves_explains_nothing_beside_it() -> None:
+def test_a_term_that_is_the_misfit_of_a_law_gains_nothing() -> None:
     """The flow into a chamber shows what the leak leaves: once more, and not something else."""
     fit = base(70.0 * SHAPE + 22.0 * NULL)
-    beside = ConditionalTest([term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)], fit)
-    assert beside.term(term(FLOW_B, "pressure b", fit, SHAPE)) == pytest.approx(0.0, abs=1e-6)
+    test = ConditionalTest([term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)], fit)
+    assert test.term(term(FLOW_B, "pressure b", fit, SHAPE)) == pytest.approx(0.0, abs=1e-6)
     both = term(FLOW_B, "pressure b", fit, SHAPE + NULL, BEND)
-    assert beside.term(both) == pytest.approx(22.0**2)
+    assert test.term(both) == pytest.approx(22.0**2)
 
 
-def test_a_second_effect_is_named_beside_a_law_that_does_not_fit() -> None:
+def test_a_second_effect_is_named_next_to_a_law_that_does_not_fit() -> None:
     """The null is named, however much larger what the leak leaves, which another leak resembles."""
-    found = judged(0.0, "external_leakage", "null_bias")
-    assert found.accepted
-    assert found.trials[0].score.coordinate.name == "null_bias"
+    round_ = judged(0.0, "external_leakage", "null_bias")
+    assert round_.accepted
+    assert round_.trials[0].score.coordinate.name == "null_bias"
     assert not judged(0.0, "external_leakage").accepted
 
 
 @pytest.mark.parametrize(("spring", "accepted"), [(30.0, True), (60.0, False)])
 def test_no_name_where_something_else_explains_far_more(spring: float, accepted: bool) -> None:
     """Beside that law, too, an unknown term that explains seven times as much comes first."""
-    found = judged(spring, "null_bias")
-    assert found.accepted is accepted
-    assert found.unknown is not accepted
+    round_ = judged(spring, "null_bias")
+    assert round_.accepted is accepted
+    assert round_.unknown is not accepted
 
 
 @pytest.mark.parametrize(("law", "accepted"), [(70.0, True), (200.0, False)])
-def test_what_gains_more_than_any_shape_of_a_law_is_none_of_it(law: float, accepted: bool) -> None:
+def test_a_gain_above_that_of_any_shape_of_a_law_is_another_effect(
+    law: float, accepted: bool
+) -> None:
     """Two shapes of the leak hide it from each other, and what they leave lasts."""
     fit = base(law * SHAPE + 70.0 * BEND)
     score = candidate("gain_asymmetry", fit, 0.7 * SHAPE + 0.7 * BEND)
@@ -118,37 +120,35 @@ def test_what_gains_more_than_any_shape_of_a_law_is_none_of_it(law: float, accep
         term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE),
         term(LEAKAGE, "position times pressure difference", fit, LEAK, BEND),
     ]
-    found = Round(fit, [score], [trial], terms)
-    judge(Search([], effects=[COORDINATES["internal_leakage"]]), found)
-    assert found.accepted is accepted
+    round_ = Round(fit, [score], [trial], terms)
+    judge(Search([], effects=[COORDINATES["internal_leakage"]]), round_)
+    assert round_.accepted is accepted
 
 
 @pytest.mark.parametrize(("law", "stands_out"), [(35.0, True), (70.0, False)])
-def test_what_stands_beside_a_law_keeps_nearly_all_of_its_gain(
-    law: float, stands_out: bool
-) -> None:
+def test_an_independent_effect_keeps_nearly_all_of_its_gain(law: float, stands_out: bool) -> None:
     """A fifth of it looks like what the leak leaves; where that is as large, it counts too much."""
     fit = base(law * SHAPE + 70.0 * NULL)
-    beside = ConditionalTest([term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)], fit)
+    test = ConditionalTest([term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)], fit)
     score = candidate("null_bias", fit, 0.2 * SHAPE + 0.98 * NULL)
-    assert beside.stands_out(score, 20.0) is stands_out
+    assert test.stands_out(score, 20.0) is stands_out
 
 
 @pytest.mark.parametrize(
-    ("tried", "law", "found"),
+    ("tried", "law", "expected"),
     [
         # another leak explains more of what the leak's law leaves, and is tried first
         ("external_leakage", 70.0, ["null_bias"]),
-        # nobody asks twice
+        # the second call must not happen
         ("null_bias", 70.0, []),
         # a law that leaves nothing overshadows nothing
         ("external_leakage", 0.0, []),
     ],
 )
-def test_what_acts_elsewhere_is_tried_beside_a_law_that_does_not_fit(
-    tried: str, law: float, found: list[str]
+def test_effects_elsewhere_are_tried_next_to_a_law_that_does_not_fit(
+    tried: str, law: float, expected: list[str]
 ) -> None:
-    """A null is as plain beside what the leak leaves, although four others may explain more."""
+    """A null bias is as clear next to the leak's misfit, although four others may gain more."""
     fit = base(law * SHAPE + 22.0 * NULL)
     sensitivities = {
         "null_bias": NULL,
@@ -163,7 +163,7 @@ def test_what_acts_elsewhere_is_tried_beside_a_law_that_does_not_fit(
     terms = [term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)]
     judged = Round(fit, scores, [weak], terms, excerpt=whole)
     search = Search([], effects=[COORDINATES["internal_leakage"]])
-    assert [s.coordinate.name for s in others_beside(search, judged)] == found
+    assert [s.coordinate.name for s in others_beside(search, judged)] == expected
 
 
 def test_candidates_that_all_do_harm_are_in_order() -> None:
@@ -175,28 +175,28 @@ def test_candidates_that_all_do_harm_are_in_order() -> None:
 
 
 @pytest.mark.parametrize(
-    ("own", "other", "first"),
+    ("first_gains", "other", "first"),
     [
-        # held-out data tell a hundredth of them apart, the others a tenth: all data decide
+        # their gains differ by 1 % on held-out data and by 10 % on the others: all data decide
         ((60_000.0, 44_600.0), (55_800.0, 44_900.0), (60_000.0, 44_600.0)),
         # a law that bends to its data has failed, however many it explains
         ((60_000.0, 30_000.0), (55_800.0, 44_900.0), (55_800.0, 44_900.0)),
     ],
 )
 def test_all_data_decide_between_those_that_hold_elsewhere(
-    own: tuple[float, float], other: tuple[float, float], first: tuple[float, float]
+    first_gains: tuple[float, float], other: tuple[float, float], first: tuple[float, float]
 ) -> None:
     """Of gains on training and held-out data, the latter come first unless nearly equal."""
     fit = base(22.0 * NULL)
     score = candidate("null_bias", fit, NULL)
-    trials = [Trial(score, fit, Evidence(g, 0.0, h, 20.0), 1.0) for g, h in (own, other)]
+    trials = [Trial(score, fit, Evidence(g, 0.0, h, 20.0), 1.0) for g, h in (first_gains, other)]
     best = ranked(trials)[0].evidence
     assert (best.delta_chi2, best.held_out) == first
 
 
 @pytest.mark.parametrize(("hats", "worth"), [(6, True), (24, False)])
 def test_a_term_that_follows_any_ripple_needs_more(hats: int, worth: bool) -> None:
-    """What is worth a word of a term of six hat functions is not, of one of twenty-four."""
+    """A gain that is noticeable with six hat functions is not with twenty-four."""
     fit = base(22.0 * NULL)
     knots = np.zeros(hats)
     statistic = 2.0 * 0.01 * N + 5.0

@@ -40,28 +40,28 @@ def effect(name: str) -> Coordinate:
 def test_a_delay_is_found_behind_the_slow_valve_that_was_fitted_in_its_place(
     slow: tuple[Fitter, Fit],
 ) -> None:
-    """The search tries the delay where the valve is as fast as its data sheet says."""
+    """The search tries the delay where the valve is as fast as in its data sheet."""
     fitter, fit = slow
     valve = [c.name for c in fit.coordinates].index("valve_natural_frequency")
     assert fit.at[valve] < -TOLERATED
     delay = effect("transport_delay")
-    found = Confirmation(fitter, fit).best(scan(fitter, fit, [delay]), 1)[0]
-    assert found.start is not None
-    assert found.estimate * delay.scale == pytest.approx(DELAY, rel=0.05)
-    assert abs(found.start[valve]) < 1.0
+    best = Confirmation(fitter, fit).best(scan(fitter, fit, [delay]), 1)[0]
+    assert best.start is not None
+    assert best.estimate * delay.scale == pytest.approx(DELAY, rel=0.05)
+    assert abs(best.start[valve]) < 1.0
 
 
 def test_what_a_parameter_stands_in_for_is_looked_for_where_it_is_as_configured(
     slow: tuple[Fitter, Fit],
 ) -> None:
-    """A delay that explains nothing beside the slow valve is tried, a bias that never does is not.
+    """A delay hidden by the slow valve is tried, a bias that never explains anything is not.
 
-    What is likely without that stays, and comes first.
+    Candidates that are likely without that stay, and come first.
     """
     fitter, fit = slow
     delay, bias, other = effect("transport_delay"), effect("null_bias"), effect("overlap")
     scores = scan(fitter, fit, [delay, bias, other])
     first = [next(s for s in scores if s.coordinate is other)]
-    found = Confirmation(fitter, fit).stood_in_for(scores, first, 1)
-    assert [s.coordinate.name for s in found] == ["overlap", "transport_delay"]
-    assert found[1].estimate * delay.scale == pytest.approx(DELAY, rel=0.05)
+    best = Confirmation(fitter, fit).stood_in_for(scores, first, 1)
+    assert [s.coordinate.name for s in best] == ["overlap", "transport_delay"]
+    assert best[1].estimate * delay.scale == pytest.approx(DELAY, rel=0.05)

@@ -15,7 +15,7 @@ COORDINATES = {c.name: c for c in parameters.candidates(knee_model(), INSTRUMENT
 
 @pytest.fixture(scope="module")
 def leaking() -> tuple[Fitter, Fit]:
-    """Return a model of a leak, fitted to a machine that has a strong load spring beside it."""
+    """Return a model of a leak, fitted to a machine that also has a strong load spring."""
     changes = {"internal_leakage_conductance": 1e-14, "load_spring_stiffness": 4000.0}
     data = [recorded(changes, kind, 5 + i) for i, kind in enumerate(("multisine", "steps"))]
     fitter = Fitter(Observer(knee_model(), INSTRUMENTS), data)
@@ -30,7 +30,7 @@ def leaking() -> tuple[Fitter, Fit]:
     return fitter, final
 
 
-def test_what_explains_as_much_beside_the_named_effect_is_no_rival(
+def test_an_effect_that_gains_as_much_in_addition_is_no_rival(
     leaking: tuple[Fitter, Fit],
 ) -> None:
     """The spring explains more than the leak, but not what the leak explains."""
@@ -43,7 +43,7 @@ def test_what_explains_as_much_beside_the_named_effect_is_no_rival(
 
 
 def test_the_same_effect_by_another_name_is_one(leaking: tuple[Fitter, Fit]) -> None:
-    """A rival that takes over all that the named effect does is told."""
+    """A rival that takes over all that the named effect explains is reported."""
     fitter, final = leaking
     leak = final.coordinates[-1]
     model = [leak], np.array([0.5 * final.at[-1]])

@@ -1,4 +1,4 @@
-"""What to vary so that two effects part, by what their laws look at."""
+"""Quantities to vary so that two effects are separated, from the arguments of their laws."""
 
 import pytest
 
@@ -25,5 +25,5 @@ def test_what_only_one_law_looks_at_is_varied(one: str, other: str, way: str) ->
 
 
 def test_every_pair_has_an_answer() -> None:
-    """Whatever looks alike, something is said."""
+    """Every pair of effects has an instruction that separates them."""
     assert all(contrast(a, [b]) for a in CATALOGUE for b in CATALOGUE)

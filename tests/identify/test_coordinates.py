@@ -35,7 +35,7 @@ def test_a_value_and_its_coordinate_are_each_other_s_inverse(
 
 
 def test_the_configuration_is_at_zero() -> None:
-    """Whichever way a value follows, but an inverse one, which begins at infinity."""
+    """The same for every scaling but the inverse one, which begins at infinity."""
     assert all(coordinate(s).value(0.0) == pytest.approx(4.0) for s in SCALINGS[:3])
     assert coordinate("inverse").value(0.0) == math.inf
 
@@ -69,7 +69,7 @@ def without_spread() -> list[str]:
     return [p.name for p in (*shapes, *base) if p.spread is None]
 
 
-def test_every_default_says_how_far_machines_lie_from_it() -> None:
+def test_every_default_states_its_spread_among_machines() -> None:
     """A number that no file states is not exact because a default stands in for it."""
     assert without_spread() == []
 

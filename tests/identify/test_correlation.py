@@ -34,9 +34,9 @@ def noise_of(values: Array, rate: float) -> Noise:
 @pytest.mark.parametrize("rate", [50.0, 200.0, 1000.0])
 def test_a_correlated_residual_is_worth_its_duration(rate: float) -> None:
     """Its spectral density at zero is twice the time constant, whatever the sample rate."""
-    found = [noise_of(ornstein_uhlenbeck(rate, 300.0, seed), rate) for seed in range(4)]
-    assert np.mean([n.density for n in found]) == pytest.approx(2.0 * TIME_CONSTANT, rel=0.2)
-    assert np.mean([n.sample_size for n in found]) == pytest.approx(500.0, rel=0.2)
+    noises = [noise_of(ornstein_uhlenbeck(rate, 300.0, seed), rate) for seed in range(4)]
+    assert np.mean([n.density for n in noises]) == pytest.approx(2.0 * TIME_CONSTANT, rel=0.2)
+    assert np.mean([n.sample_size for n in noises]) == pytest.approx(500.0, rel=0.2)
 
 
 def test_white_noise_is_worth_every_sample() -> None:
@@ -76,11 +76,11 @@ def test_blocks_are_no_longer_than_leaves_some_in_each_experiment() -> None:
 
 def test_experiments_share_their_noise_in_any_order() -> None:
     """Logs of different rates and lengths give the same noise whichever comes first."""
-    seen = [
+    channels = [
         correlogram(v, np.arange(len(v)) % 7 > 0, 1.0 / rate)
         for rate, length, seed in ((100.0, 60.0, 1), (50.0, 90.0, 2), (200.0, 40.0, 3))
         for v in (ornstein_uhlenbeck(rate, length, seed),)
     ]
-    one, other = shared(seen), shared(seen[::-1])
+    one, other = shared(channels), shared(channels[::-1])
     assert other.density == pytest.approx(one.density, rel=1e-9)
     assert other.sample_size == pytest.approx(one.sample_size, rel=1e-9)

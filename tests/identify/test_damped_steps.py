@@ -31,7 +31,7 @@ def offered(jacobian: np.ndarray, size: float) -> list[np.ndarray]:
 
 
 def test_the_first_step_is_the_minimum_of_the_linear_model() -> None:
-    """It solves the normal equations, priors included."""
+    """The first step solves the normal equations, priors included."""
     residual = np.array([3.0, 0.5, -1.0])
     first = next(steps(PARALLEL, residual, WEIGHTS, np.zeros(2), ANYWHERE, first=False))
     stacked = np.vstack([PARALLEL, np.eye(2)])
@@ -74,7 +74,7 @@ def test_a_damped_step_is_tried_only_where_it_differs_from_the_one_that_failed()
     assert len(along) == len(DAMPINGS)
 
 
-def test_a_residual_is_whole_or_beyond_what_is_asked_for() -> None:
+def test_a_residual_is_complete_or_beyond_the_limit() -> None:
     """Within its own loss it is the one that is computed alone, and its priors count."""
     data = [recorded({}, kind, 5, 0.3) for kind in ("multisine", "steps")]
     fitter = Fitter(Observer(knee_model(), INSTRUMENTS), data)
@@ -84,15 +84,15 @@ def test_a_residual_is_whole_or_beyond_what_is_asked_for() -> None:
     residuals = [fitter.residual(free, a) for a in at]
     losses = [fitter.loss(free, a, r) for a, r in zip(at, residuals, strict=True)]
     assert losses[0] < losses[1]
-    found = list(fitter.within(free, at, losses[0]))
-    assert found[0] is not None
-    np.testing.assert_array_equal(found[0][0], residuals[0])
-    assert found[0][1] == pytest.approx(losses[0])
-    assert found[1] is None
+    tried = list(fitter.within(free, at, losses[0]))
+    assert tried[0] is not None
+    np.testing.assert_array_equal(tried[0][0], residuals[0])
+    assert tried[0][1] == pytest.approx(losses[0])
+    assert tried[1] is None
     assert None not in list(fitter.within(free, at, losses[1] * (1.0 + 1e-9)))
 
 
-def test_a_fit_at_its_minimum_says_that_nothing_leads_further() -> None:
+def test_a_fit_at_its_minimum_reports_convergence() -> None:
     """Begun there with its own Jacobian, another fit stays to the last bit."""
     fitter = Fitter(Observer(knee_model(), INSTRUMENTS), [recorded({}, "multisine", 5, 0.5)])
     free = parameters.ordinary(knee_model())[:2]

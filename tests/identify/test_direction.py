@@ -31,7 +31,7 @@ CASES: dict[str, tuple[dict[str, float], bool, str]] = {
     "against extension, one way": (FRICTION | ONE_WAY, True, "one way only"),
     "against extension, with a ripple": (FRICTION | {"ripple": 60.0}, True, "not far more"),
 }
-"""Forces of a log, whether its position counts against extension, and what a note says."""
+"""Forces of a log, whether its position counts against extension, and the words of a note."""
 
 
 def moved(ways: float) -> tuple[NDArray[np.float64], ...]:

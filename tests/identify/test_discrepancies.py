@@ -1,4 +1,4 @@
-"""Nothing more, another law, or something unknown: what the evidence says beside a model."""
+"""Evidence for nothing more, another law, or something unknown, given a model."""
 
 from dataclasses import replace
 
@@ -89,9 +89,9 @@ def test_of_held_out_data_the_prediction_counts() -> None:
     training = summed(*parts[0])
     without = LogEvidence(fit, training, Sums.nothing(2, 1), inflation)
     evidence = LogEvidence(fit, training, summed(*parts[1]), inflation)
-    others, there, seen = parts[1]
-    known = np.linalg.inv(jacobian.T @ jacobian / inflation + free[0].prior ** -2.0)
-    spread = inflation * np.eye(30) + there @ known @ there.T
+    others, there, mean_there = parts[1]
+    covariance = np.linalg.inv(jacobian.T @ jacobian / inflation + free[0].prior ** -2.0)
+    spread = inflation * np.eye(30) + there @ covariance @ there.T
 
     def predicted(size: float) -> float:
         # ridge regression on everything at once
@@ -99,7 +99,7 @@ def test_of_held_out_data_the_prediction_counts() -> None:
         priors = np.array([free[0].prior ** -2.0, size**-2.0, size**-2.0])
         normal = design.T @ design / inflation + np.diag(priors)
         best = -np.linalg.solve(normal, design.T @ residual / inflation + priors * [at[0], 0, 0])
-        mean = seen + np.column_stack([there, others.T]) @ best
+        mean = mean_there + np.column_stack([there, others.T]) @ best
         return float(multivariate_normal(np.zeros(30), spread).logpdf(mean))
 
     def held_out(size: float) -> float:
@@ -109,15 +109,15 @@ def test_of_held_out_data_the_prediction_counts() -> None:
     assert held_out(0.6) - held_out(0.2) == pytest.approx(predicted(0.6) - predicted(0.2), rel=1e-9)
 
 
-def test_what_a_coordinate_may_do_elsewhere_is_no_merit_of_a_term() -> None:
-    """The training data hardly know it, and held-out data do: a term that moves it gains nothing.
+def test_a_coordinate_that_only_held_out_data_show_is_no_merit_of_a_term() -> None:
+    """A term gains nothing by moving a coordinate that the training data hardly determine.
 
-    A chamber that empties in one experiment alone tells of the air in the oil what no other does.
+    So a chamber that empties in one experiment determines the air in the oil, and no other does.
     """
     random = np.random.default_rng(8)
     jacobian, other = 0.01 * random.standard_normal((400, 1)), random.standard_normal((400, 1))
     column, noise = random.standard_normal((2, 400)), random.standard_normal((2, 400))
-    # along the coordinate and a little across: beside the term, its estimate is another one
+    # along the coordinate and a little across: with the term, its estimate is another one
     term = 30.0 * jacobian[:, 0] + 0.1 * column[0]
     free = ORDINARY[:1]
     wanted = free[0].prior
@@ -140,8 +140,8 @@ def returning() -> tuple[Fitter, Fitter]:
     return first, second
 
 
-def beside(sides: tuple[Fitter, Fitter], effects: list[Coordinate]) -> Discrepancies:
-    """Return what acts beside a model with some effects."""
+def discrepancies_of(sides: tuple[Fitter, Fitter], effects: list[Coordinate]) -> Discrepancies:
+    """Return the discrepancies of a model with some effects."""
     fitter, other = sides
     free = [*ORDINARY, *effects]
     start = np.array([0.0] * len(ORDINARY) + [1.0] * len(effects))
@@ -151,17 +151,17 @@ def beside(sides: tuple[Fitter, Fitter], effects: list[Coordinate]) -> Discrepan
 
 
 def test_what_acts_in_a_balance_of_no_effect_is_unknown(returning: tuple[Fitter, Fitter]) -> None:
-    """A return line that nobody named is a pressure over the flow through it."""
-    found = beside(returning, [])
-    assert found.unknown()[0].title == "return pressure over return flow"
-    assert found.other_laws() == {}
+    """A return line without a name is a pressure over the flow through it."""
+    discrepancies = discrepancies_of(returning, [])
+    assert discrepancies.unknown()[0].title == "return pressure over return flow"
+    assert discrepancies.other_laws() == {}
 
 
-def test_nothing_is_left_beside_the_true_law(returning: tuple[Fitter, Fitter]) -> None:
+def test_nothing_is_left_with_the_true_law(returning: tuple[Fitter, Fitter]) -> None:
     """The line's own law leaves nothing that is worth a word, and is not called another one."""
-    found = beside(returning, [COORDINATES["back_pressure"]])
-    assert found.unknown() == []
-    assert found.other_laws() == {}
+    discrepancies = discrepancies_of(returning, [COORDINATES["back_pressure"]])
+    assert discrepancies.unknown() == []
+    assert discrepancies.other_laws() == {}
 
 
 @pytest.mark.slow
@@ -173,16 +173,16 @@ def test_nothing_is_left_beside_the_true_law(returning: tuple[Fitter, Fitter]) -
 def test_what_an_effect_makes_is_what_a_model_without_it_misses(
     changes: dict[str, float], name: str
 ) -> None:
-    """Of a pump that saturates as well, whose tangent tells three quarters too much."""
+    """The same holds for a pump that saturates, whose tangent gives three quarters too much."""
     sides = [[recorded(changes, kind, seed + i) for i, kind in enumerate(("multisine", "steps"))]
              for seed in (3, 103)]  # fmt: skip
     fitter, other = (Fitter(Observer(knee_model(), INSTRUMENTS), side) for side in sides)
     free = [*ORDINARY, COORDINATES[name]]
     fit = converge(fitter, free, np.array([0.0] * len(ORDINARY) + [1.0]), free[-1:], 3)
     held = fitter.frozen_at(other.experiments, free, fit.at)
-    found = Discrepancies(fitter, fit, free[-1:], fitter.elsewhere(fit, held))
+    discrepancies = Discrepancies(fitter, fit, free[-1:], fitter.elsewhere(fit, held))
     without = fitter.fit(ORDINARY, fit.at[:-1], 6)
-    assert found.made[name].own == pytest.approx(without.chi2 - fit.chi2, rel=0.12)
+    assert discrepancies.made[name].own == pytest.approx(without.chi2 - fit.chi2, rel=0.12)
 
 
 def test_a_law_that_does_not_fit_is_another_one() -> None:
@@ -191,9 +191,11 @@ def test_a_law_that_does_not_fit_is_another_one() -> None:
     sides = [[recorded(changes, kind, seed + i) for i, kind in enumerate(("multisine", "steps"))]
              for seed in (7, 107)]  # fmt: skip
     fitter, other = (Fitter(Observer(knee_model(), INSTRUMENTS), side) for side in sides)
-    found = beside((fitter, other), [COORDINATES["friction_asymmetry"]])
-    assert "a free term in the force on the piston" in found.other_laws()["friction_asymmetry"]
-    assert found.unknown() == []
+    discrepancies = discrepancies_of((fitter, other), [COORDINATES["friction_asymmetry"]])
+    assert (
+        "a free term in the force on the piston" in discrepancies.other_laws()["friction_asymmetry"]
+    )
+    assert discrepancies.unknown() == []
 
 
 def test_sums_are_those_of_whole_columns(returning: tuple[Fitter, Fitter]) -> None:
@@ -213,7 +215,7 @@ def test_neither_threads_nor_pieces_change_what_free_shapes_are_worth(
 ) -> None:
     """Blocks of correlated residuals stay whole, wherever the rows of a recording are cut."""
     predictor, logs = returning[0].predictor, returning[0].experiments
-    told = []
+    sums_by_case = []
     for jobs, at_once in ((1, 10**6), (3, 1500)):
         fitter = Fitter(predictor, logs, Threads(predictor, jobs))
         fit = converge(fitter, ORDINARY, np.zeros(len(ORDINARY)), passes=1)
@@ -222,8 +224,10 @@ def test_neither_threads_nor_pieces_change_what_free_shapes_are_worth(
         monkeypatch.setattr(shape_sums, "ROWS_AT_ONCE", at_once)
         sums = ShapeSums(fitter, fit)
         training = sums.training()
-        told.append((training.shapes, training.mixed, training.onto, sums.inflations(training)))
-    *products, inflations = zip(*told, strict=True)
+        sums_by_case.append(
+            (training.shapes, training.mixed, training.onto, sums.inflations(training))
+        )
+    *products, inflations = zip(*sums_by_case, strict=True)
     for one, other in products:
         np.testing.assert_allclose(other, one, rtol=1e-5, atol=1e-5 * np.max(np.abs(one)))
     np.testing.assert_allclose(*inflations, rtol=1e-3)

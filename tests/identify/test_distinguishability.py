@@ -1,4 +1,4 @@
-"""Which effects data cannot tell apart, on problems whose answer is known by hand."""
+"""Effects that data cannot separate, on problems whose answer is known by hand."""
 
 from dataclasses import replace
 
@@ -69,7 +69,7 @@ def test_near_effects_are_a_group_and_far_ones_are_not() -> None:
 
 
 def test_a_refit_overrules_the_linear_forecast() -> None:
-    """A rival that lost 100 in fact is no rival; one that lost 1 is, whatever D says."""
+    """A rival whose refit lost 100 is no rival; one that lost 1 is a rival, for any forecast."""
     near, far = Problem(0.1, 400.0), Problem(0.5, 400.0)
     deltas = Evidence(near.trials[0].evidence.delta_chi2 - 100.0, 0.0, np.nan, 20.0)
     lost = Trial(near.scores[1], near.trials[1].fit, deltas, 1.0)
@@ -91,8 +91,8 @@ def test_held_out_data_separate_too() -> None:
     assert rivals_of(best, p.scores, [best, rival])[0] == []
 
 
-def test_a_derivative_of_noise_makes_nobody_alike() -> None:
-    """Who explains next to nothing is no rival, however uncertain the linearised data are.
+def test_a_derivative_of_noise_makes_no_effects_alike() -> None:
+    """An effect that explains next to nothing is no rival for any uncertainty of the data.
 
     An effect that hits something has a derivative that is a spike, where residuals are large.
     """
@@ -111,10 +111,10 @@ def test_correlated_noise_widens_a_group() -> None:
     """Slow noise counts fewer independent residuals: what is apart in white noise is not in it."""
     white, slow, hundred = [], [], Clusters(100, np.zeros(0, np.int64))
     for seed in range(30):
-        for correlation, found in ((0.0, white), (0.9, slow)):
+        for correlation, factors in ((0.0, white), (0.9, slow)):
             p = Problem(0.3, 400.0, correlation, seed)
             apart = p.trials[1].fit.residual - p.trials[0].fit.residual
-            found.append(hundred.variance_factor(apart, p.trials[0].fit.residual))
+            factors.append(hundred.variance_factor(apart, p.trials[0].fit.residual))
     assert np.median(white) < 2.0
     assert np.median(slow) > 2.0 * np.median(white)
 

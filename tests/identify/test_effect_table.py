@@ -80,9 +80,9 @@ def test_a_calibration_curve_is_an_effect_of_its_sensor(tmp_path: Path) -> None:
 
 def test_a_second_table_gets_another_name() -> None:
     """A model that has one already can take a further one."""
-    found = effect_table(DRAG, ["unexplained_friction_over_velocity"])
-    assert found is not None
-    assert found.name == "unexplained_friction_over_velocity_2"
+    table_again = effect_table(DRAG, ["unexplained_friction_over_velocity"])
+    assert table_again is not None
+    assert table_again.name == "unexplained_friction_over_velocity_2"
 
 
 @pytest.mark.parametrize(

@@ -57,36 +57,36 @@ def test_a_window_shows_what_the_whole_shows_there(
     Base laws have the model's form here: in a window they may differ otherwise than in the whole.
     """
     monkeypatch.setattr(Observer, "relax", lambda *_: None)
-    fitter, seen = leaking()
-    whole = fitter.residual(ORDINARY, seen.fit.at)
-    assert seen.rows is not None
-    assert len(seen.rows) == 2000 * len(INSTRUMENTS)
-    shown = seen.fit.residual != 0.0
-    weight = seen.fitter.batch.weight
-    np.testing.assert_allclose(seen.fit.residual[shown] / weight, seen.of(whole)[shown], atol=0.2)
+    fitter, part = leaking()
+    whole = fitter.residual(ORDINARY, part.fit.at)
+    assert part.rows is not None
+    assert len(part.rows) == 2000 * len(INSTRUMENTS)
+    shown = part.fit.residual != 0.0
+    weight = part.fitter.batch.weight
+    np.testing.assert_allclose(part.fit.residual[shown] / weight, part.of(whole)[shown], atol=0.2)
     assert 0.03 < np.mean(~shown) < 0.08
 
 
 def test_an_excerpt_stands_for_all_data(few: None) -> None:
     """The leak's statistic and size come out as of all data, and so does the loss."""
-    fitter, seen = leaking()
+    fitter, part = leaking()
     base = fitter.fit(ORDINARY, np.zeros(3), 2)
     leak = CANDIDATES["internal_leakage"]
-    (there,), (whole,) = scan(seen.fitter, seen.fit, [leak]), scan(fitter, base, [leak])
+    (there,), (whole,) = scan(part.fitter, part.fit, [leak]), scan(fitter, base, [leak])
     assert there.statistic == pytest.approx(whole.statistic, rel=0.4)
     assert there.estimate == pytest.approx(whole.estimate, rel=0.1)
-    assert seen.fit.chi2 == pytest.approx(base.chi2, rel=0.4)
+    assert part.fit.chi2 == pytest.approx(base.chi2, rel=0.4)
     again = anew(fitter, base, there)
     assert again.statistic == pytest.approx(whole.statistic, rel=1e-6)
     assert anew(fitter, base, whole) is whole
 
 
 def test_a_sensor_is_seen_there_as_well(few: None) -> None:
-    """What its reading does to the residuals counts as often as all others' work."""
-    fitter, seen = leaking()
+    """A sensor's effect on the residuals has the same weight as that of other effects."""
+    fitter, part = leaking()
     base = fitter.fit(ORDINARY, np.zeros(3), 2)
     sensors = [c for c in CANDIDATES.values() if c.channel == "pressure_a" and not c.inverse]
-    there = {s.coordinate.name: s.information for s in scan(seen.fitter, seen.fit, sensors)}
+    there = {s.coordinate.name: s.information for s in scan(part.fitter, part.fit, sensors)}
     whole = {s.coordinate.name: s.information for s in scan(fitter, base, sensors)}
     visible = [name for name, information in whole.items() if information > 100.0]
     assert len(visible) >= 3
@@ -96,11 +96,11 @@ def test_a_sensor_is_seen_there_as_well(few: None) -> None:
 
 def test_few_data_are_looked_at_as_a_whole() -> None:
     """Then it is the fit itself that is seen, without a copy."""
-    fitter, seen = leaking()
-    assert seen.fitter is fitter
-    assert seen.rows is None
+    fitter, part = leaking()
+    assert part.fitter is fitter
+    assert part.rows is None
     clusters = Clusters(3, np.arange(4))
-    assert seen.clusters(clusters) is clusters
+    assert part.clusters(clusters) is clusters
 
 
 @pytest.mark.full(sibling="test_an_excerpt_stands_for_all_data")

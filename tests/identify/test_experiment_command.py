@@ -14,7 +14,7 @@ from tests.identify.rig_data import CACHE, knee
 
 
 def done(*words: object) -> str:
-    """Run a command that has to succeed, and return what it says."""
+    """Run a command that has to succeed, and return its output."""
     result = CliRunner().invoke(main, [str(w) for w in words])
     assert result.exit_code == 0, result.output
     return result.output
@@ -22,8 +22,8 @@ def done(*words: object) -> str:
 
 def test_without_a_name_it_lists_the_library() -> None:
     """Every experiment is there with what it shows well."""
-    said = done("experiment")
-    assert all(entry.name in said and entry.shows in said for entry in LIBRARY)
+    output = done("experiment")
+    assert all(entry.name in output and entry.shows in output for entry in LIBRARY)
 
 
 def test_it_writes_time_and_position(tmp_path: Path) -> None:
@@ -38,7 +38,7 @@ def test_it_writes_time_and_position(tmp_path: Path) -> None:
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_folder_that_is_not_there_is_told(tmp_path: Path) -> None:
+def test_a_missing_folder_gets_a_message(tmp_path: Path) -> None:
     """One message and exit code 2."""
     result = CliRunner().invoke(main, ["experiment", "steps", f"--out={tmp_path / 'no' / 's.csv'}"])
     assert result.exit_code == 2
@@ -49,19 +49,24 @@ def played(name: str, folder: Path) -> Path:
     """Play an experiment on the bus and return its recording."""
     scenario = folder / f"{name}.toml"
     done("experiment", name, "--out", folder / f"{name}.csv", "--scenario", scenario)
-    said = done("scenario", scenario, "--workers", "1", "--record", folder / "recordings")
-    assert f"pass     {name}" in said
+    output = done("scenario", scenario, "--workers", "1", "--record", folder / "recordings")
+    assert f"pass     {name}" in output
     return folder / "recordings" / f"{name}.csv"
 
 
 def test_an_experiment_is_played_on_the_bus_and_recorded(tmp_path: Path) -> None:
     """Through RPDOs and TPDOs the rod follows the file, and `identify` reads what comes of it."""
-    (found,) = load_experiments([played("triangles", tmp_path)])
-    position = found.readings["position"]
-    assert found.period == pytest.approx(1e-3)
+    (experiment,) = load_experiments([played("triangles", tmp_path)])
+    position = experiment.readings["position"]
+    assert experiment.period == pytest.approx(1e-3)
     assert np.ptp(position) > 0.015
-    assert np.corrcoef(found.current[:-5], np.gradient(position)[5:])[0, 1] > 0.7
-    assert {"pressure_a", "pressure_b", "supply_pressure", "load_force"} <= found.readings.keys()
+    assert np.corrcoef(experiment.current[:-5], np.gradient(position)[5:])[0, 1] > 0.7
+    assert {
+        "pressure_a",
+        "pressure_b",
+        "supply_pressure",
+        "load_force",
+    } <= experiment.readings.keys()
 
 
 @pytest.mark.full(sibling="test_an_experiment_is_played_on_the_bus_and_recorded")

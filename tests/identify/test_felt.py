@@ -13,7 +13,7 @@ EDGE = {
     "valve_critical_reynolds_number", "valve_slot_per_ampere", "oil_kinematic_viscosity",
     "oil_density",
 }  # fmt: skip
-"""What decides at which opening an edge turns turbulent: Re_c nu sqrt(rho/2)/(2 s C_d)."""
+"""Parameters of the opening at which an edge turns turbulent: Re_c nu sqrt(rho/2)/(2 s C_d)."""
 
 
 @pytest.fixture(scope="module")

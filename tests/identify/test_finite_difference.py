@@ -32,10 +32,10 @@ def _healthy(duration: str) -> pandas.DataFrame:
 
 
 def test_the_first_jacobian_holds_no_noise() -> None:
-    """A column is the central difference of the innovations themselves, which no loss has tamed.
+    """A column is the central difference of the innovations, before the loss.
 
-    At first nobody knows how far a step of a parameter takes the residual; a valve gain that the
-    data know to a part in a thousand takes it far beyond the loss's square.
+    At first the effect of a parameter's step on the residual is unknown. The data determine the
+    valve gain to 0.1 %, so its step takes the residual far beyond the quadratic part of the loss.
     """
     model = knee_model()
     observer = Observer(model, (*INSTRUMENTS, "spool_position"))
@@ -45,8 +45,8 @@ def test_the_first_jacobian_holds_no_noise() -> None:
     column = fitter.jacobian(gain, np.zeros(1), fitter.residual(gain, np.zeros(1)))[:, 0]
 
     def innovations(at: float) -> Array:
-        found = observer.innovations(fitter.frozen[0], *model.memory(gain, np.array([at])))[0]
-        return np.nan_to_num(found.ravel())
+        innovations = observer.innovations(fitter.frozen[0], *model.memory(gain, np.array([at])))[0]
+        return np.nan_to_num(innovations.ravel())
 
     exact = (innovations(SMALL) - innovations(-SMALL)) / (2.0 * SMALL)
     assert np.linalg.norm(column - exact) < 0.02 * np.linalg.norm(exact)

@@ -1,4 +1,4 @@
-"""What the page of an identification shows first, and what it says of odd numbers."""
+"""The first picture of an identification's page, and its remarks on unusual numbers."""
 
 import numpy as np
 
@@ -11,18 +11,18 @@ from hil_emulator.identify.reporting.pictures import SHOWN_SAMPLES, _stretch, wi
 def trace(frequency: np.ndarray, error: np.ndarray) -> dict[str, np.ndarray]:
     """Return a trace of a motion at 1 kHz with a frequency [Hz] and an error per sample."""
     measured = np.sin(2.0 * np.pi * np.cumsum(frequency) * 1e-3)
-    none = np.full(len(error), np.nan)
+    missing = np.full(len(error), np.nan)
     return {"time": np.arange(len(error)) * 1e-3, "measured": measured, "noise": np.ones(1),
-            "before": error, "after": error / 2, "free_before": none,
-            "free_after": none}  # fmt: skip
+            "before": error, "after": error / 2, "free_before": missing,
+            "free_after": missing}  # fmt: skip
 
 
 def test_a_slow_stretch_goes_before_a_fast_one_with_more_error() -> None:
     """Of a sweep from 0.5 to 20 Hz its slow end is shown, as it disagrees enough to show it."""
     sweep = np.linspace(0.5, 20.0, 20_000)
-    told = trace(sweep, 1.0 + sweep / 20.0)
-    shown = _stretch(told, told["before"])
-    crossings = np.diff(np.signbit(told["measured"][shown])).sum()
+    readable = trace(sweep, 1.0 + sweep / 20.0)
+    shown = _stretch(readable, readable["before"])
+    crossings = np.diff(np.signbit(readable["measured"][shown])).sum()
     assert crossings <= 10
     assert shown.stop - shown.start == SHOWN_SAMPLES
 
@@ -38,7 +38,7 @@ def test_a_log_that_can_be_read_goes_first() -> None:
 
 
 def test_a_parameter_beyond_its_tolerance_gets_a_word() -> None:
-    """Ten percent are a data sheet's; an interval that holds the configured value says nothing."""
+    """10 % are a data sheet's; an interval that holds the configured value is no evidence."""
     result = Result("agrees", "", parameters={
         "moved": Refitted(1.0, 1.3, 1.2, 1.4, "m", "mm"),
         "vague": Refitted(1.0, 1.3, 0.9, 1.7, "m", "mm"),

@@ -1,4 +1,4 @@
-"""What a fit says of how sure its coordinates are."""
+"""Covariance of the coordinates of a fit."""
 
 import math
 from dataclasses import replace
@@ -44,7 +44,7 @@ def test_no_variance_is_negative() -> None:
             assert (np.diag(one.covariance()) >= 0.0).all()
 
 
-def test_a_prior_bounds_what_data_do_not_tell() -> None:
+def test_a_prior_bounds_parameters_that_data_do_not_determine() -> None:
     """A column of zeros leaves the prior's variance; a column j adds j² to 1/prior²."""
     jacobian = np.column_stack([np.full(4, 3.0), np.zeros(4)])
     np.testing.assert_allclose(

@@ -49,15 +49,17 @@ def test_the_right_model_leaves_the_meters_noise() -> None:
     """With the machine's own gain, what remains is as large as the noise, and white."""
     model = knee_model()
     e = metered({"valve_gain": model.plant_values["valve_gain"]}, "steps", 1)
-    found, why = flow_bench(model, [e])
-    assert isinstance(found, FlowBench), why
-    frozen = found.freeze(e, found.model.par, found.model.chan)
-    rest = found.innovations(frozen, found.model.par, found.model.chan)[0][frozen.present, 0]
+    predictor, why = flow_bench(model, [e])
+    assert isinstance(predictor, FlowBench), why
+    frozen = predictor.freeze(e, predictor.model.par, predictor.model.chan)
+    rest = predictor.innovations(frozen, predictor.model.par, predictor.model.chan)[0][
+        frozen.present, 0
+    ]
     assert np.std(rest) == pytest.approx(NOISE, rel=0.1)
 
 
 def test_a_flow_alone_is_too_little() -> None:
-    """Without the pressure at the port no edge is known; the message says what is lacking."""
+    """Without the pressure at the port no edge is known; the message names the missing channel."""
     e = metered({}, "steps", 1)
     fewer = {n: v for n, v in e.readings.items() if n != "pressure_a"}
     result = identify(knee(), [replace(e, readings=fewer)], cache=CACHE)
@@ -75,9 +77,9 @@ def test_the_edge_that_is_worn_is_named() -> None:
         knee(), [metered(late, "triangles", 1)], [metered(late, "triangles", 9)],
         Question(only=[*edges, *shared]), cache=CACHE,
     )  # fmt: skip
-    (found,) = result.effects
-    assert found.name == "lap_at"
-    low, high = found.interval
+    (finding,) = result.effects
+    assert finding.name == "lap_at"
+    low, high = finding.interval
     assert low < 2e-4 < high
     assert high - low < 3e-5
 
@@ -103,7 +105,7 @@ def test_effects_of_the_valve_are_named(
     train = [metered(changes, kind, 1 + i) for i, kind in enumerate(kinds)]
     result = identify(knee(), train, [metered(changes, "triangles", 9)], cache=CACHE)
     assert len(result.effects) == len(names)
-    for found, alike in zip(result.effects, names, strict=True):
-        assert found.name in alike
-        assert alike - {found.name} <= {*found.group, *(rival.name for rival in found.rivals)}
+    for finding, alike in zip(result.effects, names, strict=True):
+        assert finding.name in alike
+        assert alike - {finding.name} <= {*finding.group, *(rival.name for rival in finding.rivals)}
     assert {"stribeck_friction", "internal_leakage", "line_compliance"} <= set(result.unseen)

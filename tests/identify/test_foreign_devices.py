@@ -57,8 +57,8 @@ def described(folder: Path) -> Path:
     return file
 
 
-def test_a_foreign_dbc_with_names_of_its_own(tmp_path: Path) -> None:
-    """Names are told with --channel, percent with --rated-current; the set point acts at once."""
+def test_a_foreign_dbc_with_other_names(tmp_path: Path) -> None:
+    """Names are stated by --channel, percent by --rated-current; the set point acts at once."""
     meaning = Meaning(
         databases=[described(tmp_path)], names=NAMES,
         rated_current=0.010,
@@ -73,8 +73,8 @@ def test_a_foreign_dbc_with_names_of_its_own(tmp_path: Path) -> None:
     np.testing.assert_allclose(read.current[:-1], SHARE[-rows:-1] * 1e-4, atol=1e-9)
 
 
-def test_what_is_missing_is_asked_for(tmp_path: Path) -> None:
-    """Without the names and the rated current there are messages that say how to give them."""
+def test_missing_statements_get_the_option_that_makes_them(tmp_path: Path) -> None:
+    """Without the names and the rated current there are messages with the missing options."""
     file, dbc = capture(tmp_path / "run.blf"), described(tmp_path)
     with pytest.raises(UserError, match="no frame of a known reading"):
         experiments([file], reference(), Meaning(databases=[dbc]))
@@ -87,13 +87,13 @@ def test_what_is_missing_is_asked_for(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="not a usable database"):
         experiments([file], reference(), Meaning(databases=[dbc]))
     with pytest.raises(UserError, match="not a usable database"):
-        experiments([file], reference(), Meaning(databases=[tmp_path / "none.dbc"]))
+        experiments([file], reference(), Meaning(databases=[tmp_path / "missing.dbc"]))
 
 
-def test_a_valve_driver_whose_eds_says_no_more_than_the_profile(tmp_path: Path) -> None:
+def test_a_valve_driver_whose_eds_holds_no_more_than_the_profile(tmp_path: Path) -> None:
     """CiA 408: digits of 0x6300:01 are shares, 16384 of them the rated current."""
-    own = shipped("eds/valve_driver.eds").read_text(encoding="latin-1")
-    plain = [line for line in own.splitlines()
+    eds_text = shipped("eds/valve_driver.eds").read_text(encoding="latin-1")
+    plain = [line for line in eds_text.splitlines()
              if not line.startswith(("Signal=", "Unit=", "Factor="))]  # fmt: skip
     sheet = tmp_path / "valve.eds"
     sheet.write_text("\n".join(plain), encoding="latin-1")
@@ -117,7 +117,7 @@ def test_a_valve_driver_whose_eds_says_no_more_than_the_profile(tmp_path: Path) 
 
 
 def test_two_devices_with_phases_of_their_own(tmp_path: Path) -> None:
-    """A sensor whose period drifts against the other's is interpolated, and that is said."""
+    """A sensor whose period drifts against the other's is interpolated, with a note."""
     dbc = tmp_path / "two.dbc"
     dbc.write_text(
         'VERSION ""\nNS_ :\nBS_:\nBU_: A\nBO_ 385 P: 4 A\n SG_ pressure_a : 0|32@1- (1,0) [0|0] '
@@ -150,7 +150,7 @@ def test_two_devices_with_phases_of_their_own(tmp_path: Path) -> None:
     ("Sensors: 8", "Sensors: 0"),
 ])  # fmt: skip
 def test_a_signal_beyond_its_frame_is_named(tmp_path: Path, old: str, new: str) -> None:
-    """In either byte order: the message says which signal, where it ends and how long the frame."""
+    """In either byte order the message names signal, end of the signal and length of the frame."""
     file = described(tmp_path)
     file.write_text(file.read_text().replace(old, new))
     meaning = Meaning(databases=[file], names=NAMES)
@@ -161,20 +161,20 @@ def test_a_signal_beyond_its_frame_is_named(tmp_path: Path, old: str, new: str) 
 
 
 def test_frames_shorter_than_described_lack_a_signal(tmp_path: Path) -> None:
-    """A note says which; a counter that is missing numbers no samples."""
+    """A note names it; a missing counter does not number samples."""
     file = described(tmp_path)
     text = file.read_text().replace("Sensors: 8", "Sensors: 16")
     counter = ' SG_ sample_counter : 64|16@1+ (1,0) [0|0] "" PLC\n'
     file.write_text(text.replace(" SG_ Kind", counter + " SG_ Kind"))
     names = NAMES
     meaning = Meaning(databases=[file], names=names, rated_current=0.01)
-    (found,) = experiments([capture(tmp_path / "log.asc")], reference(), meaning)
-    assert found.samples == SAMPLES
-    assert any("no frame of Sensors holds sample_counter" in note for note in found.notes)
+    (experiment,) = experiments([capture(tmp_path / "log.asc")], reference(), meaning)
+    assert experiment.samples == SAMPLES
+    assert any("no frame of Sensors holds sample_counter" in note for note in experiment.notes)
 
 
 def test_frames_that_no_multiplexer_knows_hold_nothing(tmp_path: Path) -> None:
-    """The pressure of kind 3 is in no frame of kind 0: it is said, and the position is read."""
+    """The pressure of kind 3 is in no frame of kind 0: noted, and the position is read."""
     file = described(tmp_path)
     text = file.read_text().replace("SG_ Kind :", "SG_ Kind M :")
     file.write_text(

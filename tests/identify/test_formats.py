@@ -1,4 +1,4 @@
-"""Tables of every format give the same experiment; what is missing is said in one message."""
+"""Tables of every format give the same experiment; one message names what is missing."""
 
 import sys
 from collections.abc import Callable
@@ -67,7 +67,7 @@ def test_parquet_names_units_in_its_columns(tmp_path: Path) -> None:
     check(load_experiments([file])[0])
 
 
-def test_parquet_with_units_beside_its_columns(tmp_path: Path) -> None:
+def test_parquet_with_units_of_its_columns(tmp_path: Path) -> None:
     """The unit may stand in the metadata of the field, and time may be a date."""
     fields = [
         pyarrow.field("time", pyarrow.timestamp("ns")),
@@ -89,7 +89,7 @@ def test_parquet_with_units_beside_its_columns(tmp_path: Path) -> None:
 
 
 def test_mdf_groups_of_different_rates_share_the_fastest_grid(tmp_path: Path) -> None:
-    """A channel every 10 ms has a value at every tenth sample, and none made up in between."""
+    """A channel every 10 ms has a value at every tenth sample, and no value in between."""
     slow = TIME[::10]
     file = mdf(
         tmp_path / "log.mf4",
@@ -127,7 +127,7 @@ def test_groups_without_a_common_time_have_two_clocks(tmp_path: Path) -> None:
         load_experiments([file])
 
 
-def test_what_is_called_otherwise_can_be_told(tmp_path: Path) -> None:
+def test_another_name_of_a_channel_can_be_stated(tmp_path: Path) -> None:
     """A logger's own names are mapped to channels."""
     file = mdf(tmp_path / "log.mf4", [signal(POSITION, "CylPos", "mm")])
     read = load_experiments([file], {"CylPos": "position"})[0]
@@ -155,7 +155,7 @@ def test_a_missing_package_is_named_with_the_extra(
 @pytest.mark.parametrize("ending", [".mf4", ".parquet", ".npz"])
 @pytest.mark.parametrize("content", [b"", b"MDF     4.10    rubbish", b"PAR1 and more rubbish"])
 def test_a_damaged_file_is_refused(tmp_path: Path, ending: str, content: bytes) -> None:
-    """Whatever is in it: one message that names the file."""
+    """Any damage gives one message that names the file."""
     file = tmp_path / f"log{ending}"
     file.write_bytes(content)
     with pytest.raises(UserError, match=r"log\."):

@@ -55,9 +55,11 @@ def test_the_true_model_reaches_the_floor_and_the_configured_one_does_not() -> N
 
 
 def test_the_gap_in_percent_is_the_gap_over_the_spread_of_the_channel() -> None:
-    """Both units tell the same: noise over spread lies between them."""
-    e, seen = leaking(), observer()
-    entry = measure(seen, compare(seen, model(0.0), model(0.0), [e], []))["position"]["training"]
+    """The ratio of both units is noise over spread."""
+    e, predictor = leaking(), observer()
+    entry = measure(predictor, compare(predictor, model(0.0), model(0.0), [e], []))["position"][
+        "training"
+    ]
     noise = noise_levels(e, INSTRUMENTS)[INSTRUMENTS.index("position")]
     percent = 100.0 * entry["free_before"] * noise / np.std(e.readings["position"])
     assert entry["free_before_percent"] == pytest.approx(percent, rel=1e-9)
@@ -104,12 +106,28 @@ def test_missing_readings_count_for_nothing() -> None:
 
 def test_regions_of_motion_share_the_samples_among_them() -> None:
     """Every sample lies in one region, so the mean square over all is theirs, weighted."""
-    seen = observer()
-    compared = compare(seen, model(0.0), model(LEAKAGE), [leaking()], [])
-    whole = measure(seen, compared)["pressure_b"]["training"]["free_before"]
-    parts = [v["before"] for v in by_motion(seen, compared)["pressure_b"].values()]
+    predictor = observer()
+    compared = compare(predictor, model(0.0), model(LEAKAGE), [leaking()], [])
+    whole = measure(predictor, compared)["pressure_b"]["training"]["free_before"]
+    parts = [v["before"] for v in by_motion(predictor, compared)["pressure_b"].values()]
     assert min(parts) < whole < max(parts)
     assert len(parts) == 5
+
+
+def test_an_error_in_si_is_its_multiple_of_the_noise_times_the_noise() -> None:
+    """With one experiment that holds in all, and in each region of motion."""
+    predictor = observer()
+    compared = compare(predictor, model(0.0), model(LEAKAGE), [leaking()], [])
+    noise = dict(zip(predictor.channels, compared.after["training"][0].noise, strict=True))
+    entries = [
+        (c, parts["training"], f"free_{when}")
+        for c, parts in measure(predictor, compared).items()
+        for when in ("before", "floor")
+    ]
+    entries += [(c, errors, when) for c, parts in by_motion(predictor, compared).items()
+                for errors in parts.values() for when in ("before", "after", "floor")]  # fmt: skip
+    for channel, errors, when in entries:
+        assert errors[f"{when}_rms"] == pytest.approx(errors[when] * noise[channel])
 
 
 def test_a_short_experiment_has_no_free_run_and_no_harm() -> None:
@@ -117,7 +135,7 @@ def test_a_short_experiment_has_no_free_run_and_no_harm() -> None:
     e = leaking()
     part = {name: values[:200] for name, values in e.readings.items()}
     short = replace(e, readings=part, current=e.current[:200])
-    seen = observer()
-    gap = measure(seen, compare(seen, model(0.0), model(LEAKAGE), [short], []))
+    predictor = observer()
+    gap = measure(predictor, compare(predictor, model(0.0), model(LEAKAGE), [short], []))
     assert np.isfinite(gap["position"]["training"]["before"])
     assert "free_before" not in gap["position"]["training"]

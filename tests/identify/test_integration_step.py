@@ -29,9 +29,9 @@ EFFECTS = [name for name, c in CANDIDATES.items() if not c.channel or c.effect i
 @cache
 def fitter(step: float) -> Fitter:
     """Return a healthy machine, seen with a largest step [s]."""
-    found = Fitter(Observer(knee_model(), INSTRUMENTS, step), [recorded({}, "multisine", 3, 0.5)])
-    found.freeze(ORDINARY, np.zeros(len(ORDINARY)))
-    return found
+    fitter = Fitter(Observer(knee_model(), INSTRUMENTS, step), [recorded({}, "multisine", 3, 0.5)])
+    fitter.freeze(ORDINARY, np.zeros(len(ORDINARY)))
+    return fitter
 
 
 def test_a_fast_machine_gets_careful_steps() -> None:

@@ -37,7 +37,7 @@ def test_force_errors_are_those_of_exact_derivatives(phase: float, most: float) 
     force = 95.0 * a + 60.0 * np.sign(v) + 200.0 * v
     sliding = np.abs(v) > 0.02
     measured = force + 10.0 * random.standard_normal(len(force))
-    found = motion(np.round(x / 1e-6) * 1e-6, PERIOD)
+    estimate = motion(np.round(x / 1e-6) * 1e-6, PERIOD)
 
     def error(velocity: Array, acceleration: Array) -> tuple[float, Array]:
         rows = np.column_stack([acceleration, np.sign(velocity), velocity])[sliding]
@@ -45,7 +45,7 @@ def test_force_errors_are_those_of_exact_derivatives(phase: float, most: float) 
         return float(np.std(measured[sliding] - rows @ fitted)), fitted
 
     exact, _ = error(v, a)
-    smoothed, values = error(found.states[:, 1], found.states[:, 2])
+    smoothed, values = error(estimate.states[:, 1], estimate.states[:, 2])
     assert smoothed < most * exact
     assert values[0] == pytest.approx(95.0, rel=0.01)
     assert values[1] == pytest.approx(60.0, rel=0.08)
@@ -56,9 +56,9 @@ def test_noise_is_found_at_any_rate(rate: int) -> None:
     """The noise of a slow sine is found whatever the rate, and the speed within 5 %."""
     time = np.arange(20 * rate) / rate
     noise = 2e-5 * np.random.default_rng(2).standard_normal(len(time))
-    found = motion(0.01 * np.sin(2.0 * time) + noise, 1.0 / rate)
-    assert found.noise == pytest.approx(2e-5, rel=0.15)
-    off = found.states[:, 1] - 0.02 * np.cos(2.0 * time)
+    estimate = motion(0.01 * np.sin(2.0 * time) + noise, 1.0 / rate)
+    assert estimate.noise == pytest.approx(2e-5, rel=0.15)
+    off = estimate.states[:, 1] - 0.02 * np.cos(2.0 * time)
     assert np.std(off) < 0.05 * 0.02
 
 
@@ -67,8 +67,8 @@ def test_missing_samples_are_bridged() -> None:
     x, v, _ = moved(0.2)
     lost = np.random.default_rng(3).random(len(x)) < 0.1
     lost[1000:1050] = True
-    found = motion(np.where(lost, np.nan, np.round(x / 1e-6) * 1e-6), PERIOD)
-    assert np.std(found.states[:, 1] - v) < 2e-3 * np.max(np.abs(v))
+    estimate = motion(np.where(lost, np.nan, np.round(x / 1e-6) * 1e-6), PERIOD)
+    assert np.std(estimate.states[:, 1] - v) < 2e-3 * np.max(np.abs(v))
 
 
 def test_rounding_is_noise() -> None:

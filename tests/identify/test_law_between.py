@@ -42,9 +42,9 @@ def fitted(fitter: Fitter, effects: list[Coordinate], sizes: list[float]) -> Fit
 
 def trial(knob: Coordinate, delta_chi2: float, size: float) -> Trial:
     """Return a candidate that ended at a size, and gained so much."""
-    none = np.zeros(0)
-    fit = Fit([knob], np.array([size]), none, np.zeros((0, 1)), 0.0)
-    score = Score(knob, delta_chi2, size, delta_chi2, none, none, none)
+    empty = np.zeros(0)
+    fit = Fit([knob], np.array([size]), empty, np.zeros((0, 1)), 0.0)
+    score = Score(knob, delta_chi2, size, delta_chi2, empty, empty, empty)
     return Trial(score, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0), 1.0)
 
 
@@ -79,12 +79,12 @@ WON = trial(THRESHOLD, 40000.0, 1.6), trial(HYSTERESIS, 32000.0, 0.5)
 
 
 def test_a_rival_that_shares_the_work_completes_the_law(twofold: Fitter) -> None:
-    """A refit that begins between both shows the loop beside the fitted threshold."""
+    """A refit that begins between both shows the loop next to the fitted threshold."""
     base = fitted(twofold, [THRESHOLD], [1.6])
-    found = between(twofold, searched(base, named(*WON)), lambda: None)
-    assert list(found) == ["threshold"]
-    assert found["threshold"].rival == "hysteresis"
-    assert 0.0 < found["threshold"].part < 0.1
+    completions = between(twofold, searched(base, named(*WON)), lambda: None)
+    assert list(completions) == ["threshold"]
+    assert completions["threshold"].rival == "hysteresis"
+    assert 0.0 < completions["threshold"].part < 0.1
 
 
 def test_where_the_law_fits_nothing_completes_it(single: Fitter) -> None:

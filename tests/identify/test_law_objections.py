@@ -15,7 +15,7 @@ from hil_emulator.identify.prediction.free_terms.balances import (
 )
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.prediction.plant.parameters import candidates, ordinary
-from hil_emulator.identify.selection.certainty import hardly_believed, not_by_chance
+from hil_emulator.identify.selection.certainty import implausible_parameters, not_by_chance
 from hil_emulator.identify.selection.evidence import Evidence, Trial
 from hil_emulator.identify.selection.law_between import left_in_place
 from hil_emulator.identify.selection.law_form import displacing, judge, nearest
@@ -51,20 +51,20 @@ def score(name: str, statistic: float) -> Score:
 
 def named(name: str, delta_chi2: float, terms: list[DiscrepancyTerm]) -> tuple[Trial, Round]:
     """Return an accepted effect with such a gain, and its round."""
-    found = score(name, delta_chi2)
-    fit = Fit([found.coordinate], np.ones(1), np.zeros(N), sensitivity()[:, None], 0.0)
-    trial = Trial(found, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0), 1.0)
-    return trial, Round(fit, [found], [trial], terms, accepted=True)
+    scored = score(name, delta_chi2)
+    fit = Fit([scored.coordinate], np.ones(1), np.zeros(N), sensitivity()[:, None], 0.0)
+    trial = Trial(scored, fit, Evidence(delta_chi2, delta_chi2, delta_chi2, 20.0), 1.0)
+    return trial, Round(fit, [scored], [trial], terms, accepted=True)
 
 
 @pytest.mark.parametrize(("free", "accepted"), [(1100.0, True), (5000.0, False)])
 def test_an_effect_that_a_free_term_outshines_is_not_named(free: float, accepted: bool) -> None:
     """Where an unknown term explains five times as much, the nearest name would be a wrong one."""
-    found = named("stribeck_friction", 1000.0, [term(LOAD, "velocity", free)])[1]
-    found.accepted = False
-    judge(Search([]), found)
-    assert found.accepted is accepted
-    assert found.unknown is not accepted
+    round_ = named("stribeck_friction", 1000.0, [term(LOAD, "velocity", free)])[1]
+    round_.accepted = False
+    judge(Search([]), round_)
+    assert round_.accepted is accepted
+    assert round_.unknown is not accepted
 
 
 @pytest.mark.parametrize(
@@ -75,42 +75,42 @@ def test_an_effect_that_a_free_term_outshines_is_not_named(free: float, accepted
 )  # fmt: skip
 def test_a_bent_calibration_speaks_for_its_own_sensor(name: str, accepted: bool) -> None:
     """Where the curve of a load cell explains far more than its gain, the load cell is still it."""
-    found = named(name, 1000.0, [term(CELL, "measured force", 5000.0)])[1]
-    found.accepted = False
-    judge(Search([]), found)
-    assert found.accepted is accepted
+    round_ = named(name, 1000.0, [term(CELL, "measured force", 5000.0)])[1]
+    round_.accepted = False
+    judge(Search([]), round_)
+    assert round_.accepted is accepted
 
 
 def test_a_drifting_zero_is_no_shape_of_friction() -> None:
     """Friction that was named does not keep the sensor's own offset from being named after it."""
-    friction, found = named("friction_asymmetry", 1000.0, [term(TAP_A, "time", 900.0)])
+    friction, round_ = named("friction_asymmetry", 1000.0, [term(TAP_A, "time", 900.0)])
     search = Search([], effects=[friction.score.coordinate])
-    found.trials, found.accepted = [named("pressure_a.offset", 850.0, [])[0]], False
-    judge(search, found)
-    assert found.accepted
+    round_.trials, round_.accepted = [named("pressure_a.offset", 850.0, [])[0]], False
+    judge(search, round_)
+    assert round_.accepted
 
 
 @pytest.mark.parametrize(("home", "accepted"), [(500.0, True), (1200.0, False)])
 def test_what_mimics_a_law_elsewhere_explains_no_more_than_the_law(
     home: float, accepted: bool
 ) -> None:
-    """What outdoes any shape of friction at the load is something else, and hides no candidate."""
+    """A term that gains more than any friction of the load does not object to a candidate."""
     terms = [term(PISTON, "velocity", home), term(LOAD, "velocity", 1150.0)]
-    friction, found = named("friction_asymmetry", 1000.0, terms)
+    friction, round_ = named("friction_asymmetry", 1000.0, terms)
     search = Search([], effects=[friction.score.coordinate])
-    found.trials, found.accepted = [named("pressure_a.offset", 850.0, [])[0]], False
-    judge(search, found)
-    assert found.accepted is accepted
+    round_.trials, round_.accepted = [named("pressure_a.offset", 850.0, [])[0]], False
+    judge(search, round_)
+    assert round_.accepted is accepted
 
 
-def test_another_error_of_the_same_sensor_must_stand_beside_a_free_shape_of_the_first() -> None:
-    """What a delay of another form leaves, looks like cross-talk of the same sensor."""
-    late, found = named("position.delay", 1000.0, [term(RULER, "acceleration", 900.0)])
+def test_another_error_of_a_sensor_must_gain_more_than_a_free_shape_of_the_first() -> None:
+    """The misfit of a delay of another form looks like cross-talk of the same sensor."""
+    late, round_ = named("position.delay", 1000.0, [term(RULER, "acceleration", 900.0)])
     search = Search([], effects=[late.score.coordinate])
     other = named("position.crosstalk", 850.0, [])[0]
-    found.trials, found.accepted = [other], False
-    judge(search, found)
-    assert not found.accepted
+    round_.trials, round_.accepted = [other], False
+    judge(search, round_)
+    assert not round_.accepted
 
 
 @pytest.mark.parametrize(
@@ -118,12 +118,12 @@ def test_another_error_of_the_same_sensor_must_stand_beside_a_free_shape_of_the_
 )
 def test_a_gain_error_completes_a_bent_curve_and_no_offset(earlier: str, accepted: bool) -> None:
     """A calibration curve is no shape of a zero that is off, but one of any other slope."""
-    first, found = named(earlier, 1000.0, [term(CELL, "measured force", 900.0)])
+    first, round_ = named(earlier, 1000.0, [term(CELL, "measured force", 900.0)])
     search = Search([], effects=[first.score.coordinate])
     other = named("load_force.gain_error", 850.0, [])[0]
-    found.trials, found.accepted = [other], False
-    judge(search, found)
-    assert found.accepted is accepted
+    round_.trials, round_.accepted = [other], False
+    judge(search, round_)
+    assert round_.accepted is accepted
 
 
 @pytest.mark.parametrize(("delta_chi2", "accepted"), [(140.0, False), (160.0, True)])
@@ -131,20 +131,22 @@ def test_what_an_inexact_law_may_leave_gets_no_name(delta_chi2: float, accepted:
     """After an effect that gained 10 000, one that gains less than 1.5 % is its remains."""
     first, before = named("internal_leakage", 10_000.0, [])
     before.accepted = True
-    found = named("position_friction", delta_chi2, [])[1]
-    found.accepted = False
-    judge(Search([], effects=[first.score.coordinate], rounds=[before, found]), found)
-    assert found.accepted is accepted
+    round_ = named("position_friction", delta_chi2, [])[1]
+    round_.accepted = False
+    judge(Search([], effects=[first.score.coordinate], rounds=[before, round_]), round_)
+    assert round_.accepted is accepted
 
 
-def test_a_parameter_that_nobody_believes_is_told_without_any_effect_too() -> None:
-    """A model that fits only with a valve of half the bandwidth is told to rest on that."""
+def test_an_implausible_parameter_is_reported_without_any_effect_too() -> None:
+    """The report states that the model fits only with a valve of half the bandwidth."""
     valve = next(c for c in ordinary(knee_model()) if c.name == "valve_natural_frequency")
     jacobian = np.zeros((N, 1))
     far = Fit([valve], np.array([valve.at(0.5 * valve.neutral)]), np.zeros(N), jacobian, 0.0)
-    assert hardly_believed(far) == ["valve_natural_frequency is 0.5 times its configured value"]
+    assert implausible_parameters(far) == [
+        "valve_natural_frequency is 0.5 times its configured value"
+    ]
     near = Fit([valve], np.array([-valve.prior]), np.zeros(N), jacobian, 0.0)
-    assert hardly_believed(near) == []
+    assert implausible_parameters(near) == []
 
 
 def test_of_many_parameters_one_is_farther_off_by_chance() -> None:
@@ -192,10 +194,10 @@ def test_friction_that_takes_the_place_of_dry_friction_is_of_another_form(
 def test_what_is_refused_where_an_effect_acts_belongs_to_its_law(
     refused: str, delta_chi2: float, wald: float, left: bool
 ) -> None:
-    """Three hundredths of what it did, beyond chance, though held-out data know nothing of it.
+    """A refused candidate at the same place that gains 3 % of the effect's gain shows another law.
 
-    One hundredth may be left by any law, what explains most of it is an effect of its own, and an
-    error of the load cell is none of a valve.
+    Three cases do not: a gain of 1 %, which any law may leave; a candidate that gains most, which
+    is a further effect; and an error of the load cell, which is not an effect of a valve.
     """
     first, round_ = named("threshold", 10_000.0, [])
     other = Trial(
@@ -203,5 +205,5 @@ def test_what_is_refused_where_an_effect_acts_belongs_to_its_law(
     )
     search = Search([], effects=[effect("threshold")], rounds=[round_])
     search.rounds.append(Round(first.fit, [other.score], [other], []))
-    found = left_in_place(search)
-    assert found == ({"threshold": (refused, 0.03)} if left else {})
+    refused_there = left_in_place(search)
+    assert refused_there == ({"threshold": (refused, 0.03)} if left else {})

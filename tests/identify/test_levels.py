@@ -33,13 +33,13 @@ def false_alarms() -> bool:
 
 
 def far_more_is_unknown() -> bool:
-    """Let an effect keep its name beside a term of a tenth more, and not of five times as much."""
-    said = []
+    """Let an effect keep its name if a free term gains a tenth more, not if five times as much."""
+    accepted = []
     for gain in (1100.0, 5000.0):
-        found = named("stribeck_friction", 1000.0, [term(PISTON, "velocity", gain)])[1]
-        judge(Search([]), found)
-        said.append(found.accepted)
-    return said == [True, False]
+        round_ = named("stribeck_friction", 1000.0, [term(PISTON, "velocity", gain)])[1]
+        judge(Search([]), round_)
+        accepted.append(round_.accepted)
+    return accepted == [True, False]
 
 
 def _trial(name: str, gain: float, held: float) -> Trial:
@@ -49,7 +49,7 @@ def _trial(name: str, gain: float, held: float) -> Trial:
 
 
 def rivals_are_judged_by_held_out_data() -> bool:
-    """Who explains four fifths of the best comes before it if held-out data say so; not a fifth."""
+    """Let held-out data choose a rival with four fifths of the best gain, not with a fifth."""
     first = [ranked([_trial("internal_leakage", 1000.0, 500.0),
                      _trial("position_friction", gain, 900.0)])[0].score.coordinate.name
              for gain in (800.0, 200.0)]  # fmt: skip
@@ -67,14 +67,14 @@ def equals_are_told_by_their_shapes() -> bool:
 
 def an_inexact_law_leaves_something() -> bool:
     """Beside an effect that gained 10 000, half a percent is what its law leaves, ten are not."""
-    said = []
+    accepted = []
     for gain in (50.0, 1000.0):
         first, before = named("internal_leakage", 10_000.0, [])
-        found = named("position_friction", gain, [])[1]
-        found.accepted = False
-        judge(Search([], effects=[first.score.coordinate], rounds=[before, found]), found)
-        said.append(found.accepted)
-    return said == [False, True]
+        round_ = named("position_friction", gain, [])[1]
+        round_.accepted = False
+        judge(Search([], effects=[first.score.coordinate], rounds=[before, round_]), round_)
+        accepted.append(round_.accepted)
+    return accepted == [False, True]
 
 
 def ripple_is_not_worth_a_word() -> bool:
@@ -120,11 +120,11 @@ CLAIMS: dict[str, Callable[[], bool]] = {
 
 @pytest.mark.parametrize("name", CLAIMS)
 def test_a_number_is_right_within_a_factor_of_ten(name: str) -> None:
-    """What it is for holds with it, and neither with a tenth of it nor with ten times as much."""
-    claim, own = CLAIMS[name], getattr(discrepancies if name in BELIEFS else levels, name)
+    """The claim holds with the number, and with neither a tenth nor ten times of it."""
+    claim, value = CLAIMS[name], getattr(discrepancies if name in BELIEFS else levels, name)
     assert claim(), claim.__doc__
     for factor in (0.1, 10.0):
-        other = tuple(factor * v for v in own) if isinstance(own, tuple) else factor * own
+        other = tuple(factor * v for v in value) if isinstance(value, tuple) else factor * value
         with changed({f"{m}.{name}": other for m in WHERE.get(name, ("levels",))}):
             assert not _holds(claim), f"{factor} times: {claim.__doc__}"
 

@@ -23,7 +23,7 @@ EVERY = pytest.mark.parametrize("entry", LIBRARY, ids=lambda e: e.name)
 
 @EVERY
 def test_no_target_meets_a_stop_or_outruns_the_valve(entry: Stimulus) -> None:
-    """Whatever the seed: within the stroke, without a jump at the start, below the speed limit."""
+    """For any seed: within the stroke, without a jump at the start, below the speed limit."""
     allowed = limits(knee().plant)
     for seed in range(5):
         made = target(entry, allowed, seed=seed)
@@ -44,7 +44,7 @@ def test_a_slow_machine_gets_a_smaller_experiment(entry: Stimulus) -> None:
 
 @EVERY
 def test_the_amplitude_is_the_largest_deviation(entry: Stimulus) -> None:
-    """What `--amplitude` states is how far the rod goes from the centre, and the seed keeps it."""
+    """`--amplitude` is the largest distance from the centre, for any seed."""
     made = target(entry, limits(knee().plant), amplitude=1e-3, seed=3)
     assert np.abs(made.position - 0.04).max() == pytest.approx(1e-3, rel=0.02)
     again = target(entry, limits(knee().plant), amplitude=1e-3, seed=3)
@@ -97,9 +97,9 @@ def test_the_rod_follows_in_closed_loop(entry: Stimulus) -> None:
     model = knee_model()
     machine = SimulatedBench(model, model.par, model.chan, Disturbances(1e-5), INSTRUMENTS, 2.5e-4)
     made = target(entry, limits(model.plant_values))
-    found = machine.record(made, 1)
-    position = found.readings["position"]
-    assert len(position) == len(made.time) == len(found.current)
+    recorded = machine.record(made, 1)
+    position = recorded.readings["position"]
+    assert len(position) == len(made.time) == len(recorded.current)
     assert position.min() > made.position.min() - 2e-3
     assert position.max() < made.position.max() + 2e-3
     if not entry.jumps:

@@ -1,4 +1,4 @@
-"""Limits that nobody has configured: off is infinitely far away, where they do nothing."""
+"""Limits without a configured value: off is infinity, where they do nothing."""
 
 from pathlib import Path
 
@@ -62,8 +62,8 @@ def test_a_limit_is_tried_nearer_than_infinity(unlimited: Configuration) -> None
 def test_a_slow_spool_is_named(unlimited: Configuration, rate: float) -> None:
     """A rate limit that no data sheet has is found, with its value in its interval."""
     logs = [recorded(kind, rate, 2.0) for kind in (*TRAINING, *VALIDATION)]
-    found = identify(unlimited, logs[: len(TRAINING)], logs[len(TRAINING) :], cache=CACHE)
-    (effect,) = found.effects
+    result = identify(unlimited, logs[: len(TRAINING)], logs[len(TRAINING) :], cache=CACHE)
+    (effect,) = result.effects
     assert effect.name == "spool_rate_limit"
     low, high = effect.interval
     assert low <= rate <= high

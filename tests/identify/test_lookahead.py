@@ -38,18 +38,18 @@ def orthogonal(count: int) -> list[np.ndarray]:
 
 def test_two_that_nearly_cancel_are_found_and_a_third_is_not() -> None:
     """Both have size one, opposite senses, nine tenths in common; a third fits what is left."""
-    common, own, other, noise = orthogonal(4)
-    a, b = 0.95 * common + 0.31 * own, 0.95 * common - 0.31 * own
+    common, difference, other, noise = orthogonal(4)
+    a, b = 0.95 * common + 0.31 * difference, 0.95 * common - 0.31 * difference
     residual = -(a - b)
-    third = 0.7 * own + 0.714 * other
+    third = 0.7 * difference + 0.714 * other
     scores, fit = scanned(residual + 0.01 * noise, {"a": a, "b": b, "third": third})
     assert scores[0].coordinate.name == "third"
-    found = pairs_of(scores, fit)
-    assert {s.coordinate.name for s in found[0].scores} == {"a", "b"}
-    sizes = {s.coordinate.name: x for s, x in zip(found[0].scores, found[0].sizes, strict=True)}
+    pairs = pairs_of(scores, fit)
+    assert {s.coordinate.name for s in pairs[0].scores} == {"a", "b"}
+    sizes = {s.coordinate.name: x for s, x in zip(pairs[0].scores, pairs[0].sizes, strict=True)}
     assert sizes["a"] == pytest.approx(1.0, rel=1e-3)
     assert sizes["b"] == pytest.approx(-1.0, rel=1e-3)
-    assert found[0].delta_chi2 == pytest.approx(float(residual @ residual), rel=1e-3)
+    assert pairs[0].delta_chi2 == pytest.approx(float(residual @ residual), rel=1e-3)
 
 
 def test_effects_of_their_own_need_no_pair() -> None:
@@ -58,11 +58,11 @@ def test_effects_of_their_own_need_no_pair() -> None:
     assert pairs_of(*scanned(-(a + 0.9 * b), {"a": a, "b": b, "c": c})) == []
 
 
-def test_a_pair_beyond_its_range_is_none() -> None:
+def test_a_pair_beyond_its_range_is_not_proposed() -> None:
     """Two that cancel explain anything if they may be as large as they like."""
-    common, own, other = orthogonal(3)
-    a, b = 0.97 * common + 0.24 * own, 0.97 * common - 0.24 * own
-    sensitivities = {"a": a, "b": b, "third": 0.7 * own + 0.7 * other}
+    common, difference, other = orthogonal(3)
+    a, b = 0.97 * common + 0.24 * difference, 0.97 * common - 0.24 * difference
+    sensitivities = {"a": a, "b": b, "third": 0.7 * difference + 0.7 * other}
     residual = -5.0 * (a - b)
     assert pairs_of(*scanned(residual, sensitivities))
     assert pairs_of(*scanned(residual, sensitivities, most=3.0)) == []

@@ -1,4 +1,4 @@
-"""What a measurement tells a Kalman filter."""
+"""Information of a measurement in a Kalman filter."""
 
 import numpy as np
 import pytest
@@ -26,8 +26,8 @@ def test_a_measurement_adds_its_information(missing: int) -> None:
     """The inverse covariance grows by H^T R^-1 H, of the readings that there are."""
     prior, slope, noise, after, _ = measured(-1, missing)
     there = np.arange(READINGS) != missing
-    told = slope[there].T @ np.diag(1.0 / noise[there]) @ slope[there]
-    np.testing.assert_allclose(np.linalg.inv(after), np.linalg.inv(prior) + told, rtol=1e-9)
+    information = slope[there].T @ np.diag(1.0 / noise[there]) @ slope[there]
+    np.testing.assert_allclose(np.linalg.inv(after), np.linalg.inv(prior) + information, rtol=1e-9)
 
 
 def test_what_is_held_is_uncertain_and_stays() -> None:

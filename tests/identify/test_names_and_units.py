@@ -43,7 +43,7 @@ def test_an_exact_name_goes_before_one_that_is_like_it(tmp_path: Path) -> None:
 
 
 def test_a_near_miss_is_suggested(tmp_path: Path) -> None:
-    """A misspelt channel beside a known one is not left out without a word."""
+    """A misspelt channel next to a known one is not left out without a note."""
     e = read(tmp_path, "presure_a [bar]", "position [mm]")
     assert any('--channel "pressure_a=presure_a"' in note for note in e.notes)
 
@@ -78,7 +78,7 @@ def test_a_pressure_difference_has_no_gauge_offset(gauge: str) -> None:
 
 
 @pytest.mark.parametrize(("unit", "asked"), [("bar", True), ("bar(g)", False)])
-def test_a_pressure_near_zero_is_asked_about(tmp_path: Path, unit: str, asked: bool) -> None:
+def test_a_pressure_near_zero_gets_a_note(tmp_path: Path, unit: str, asked: bool) -> None:
     """One bar off is the usual mistake."""
     rows = [f"{k * 1e-3},{0.01 * k},{40 + k}" for k in range(COUNT)]
     file = tmp_path / "log.csv"
@@ -102,7 +102,7 @@ def test_a_set_point_in_percent_or_volts(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("head", ["Rod", "Rod [inch]"])
 def test_a_unit_can_be_stated_for_any_channel(tmp_path: Path, head: str) -> None:
-    """What the user states goes before what the file does."""
+    """A statement of the user replaces that of the file."""
     names, units = pairs(["position=Rod [mm]"])
     e = read(tmp_path, head, names=names, units=units)
     np.testing.assert_allclose(e.readings["position"], RAMP * 1e-3)
@@ -119,7 +119,7 @@ def test_a_time_called_otherwise_has_the_unit_of_its_name(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("name", ["time", "t", "tout"])
 def test_a_time_of_matlab_is_in_seconds(tmp_path: Path, name: str) -> None:
-    """Its name holds no unit; a note says what was taken."""
+    """Its name holds no unit; a note names the column."""
     file = tmp_path / "log.mat"
     scipy.io.savemat(file, {name: np.arange(COUNT) * 1e-3, "position_mm": RAMP})
     (e,) = experiments([file], knee(), Meaning())
@@ -127,7 +127,7 @@ def test_a_time_of_matlab_is_in_seconds(tmp_path: Path, name: str) -> None:
     assert any("taken for the time in s" in note for note in e.notes)
 
 
-def test_a_missing_unit_is_asked_for_where_it_can_be_stated(tmp_path: Path) -> None:
+def test_a_missing_unit_gets_the_option_that_states_it(tmp_path: Path) -> None:
     """A vector of MATLAB has no heading: the way out is an option."""
     file = tmp_path / "log.mat"
     scipy.io.savemat(file, {"time": np.arange(COUNT) * 1e-3, "position": RAMP})
@@ -151,7 +151,7 @@ def test_thousands_may_be_separated(tmp_path: Path, cell: str, marks: str) -> No
 
 
 def test_a_column_of_text_is_refused(tmp_path: Path) -> None:
-    """It is never taken for a channel that is missing nearly everywhere."""
+    """A column of text is not taken for a channel with missing values."""
     rows = [f"{k},{40 + k},{'high' if k % 5 else 7}" for k in range(COUNT)]
     file = tmp_path / "log.csv"
     file.write_text("\n".join(["time [ms],position [mm],pressure_a [bar]", *rows]))

@@ -45,15 +45,15 @@ def pumped() -> tuple[Fitter, Search, Round]:
         final = fitter.fit(whole, at, 6)
         at = final.at
     search = Search(free, model.shapes(pump), [pump], final.at, final=final)
-    found = Round(final, [scored("variable_pump", 0.0)], [trial("fixed_pump", 1000.0, final)], [])
-    search.rounds.append(replace(found, accepted=True))
+    round_ = Round(final, [scored("variable_pump", 0.0)], [trial("fixed_pump", 1000.0, final)], [])
+    search.rounds.append(replace(round_, accepted=True))
     return fitter, search, search.rounds[0]
 
 
 def scored(name: str, statistic: float, estimate: float = 0.0) -> Score:
     """Return the score of a candidate; by itself its linearisation leads nowhere."""
-    none = np.zeros(0)
-    return Score(COORDINATES[name], statistic, estimate, statistic, none, none, none)
+    empty = np.zeros(0)
+    return Score(COORDINATES[name], statistic, estimate, statistic, empty, empty, empty)
 
 
 def trial(name: str, delta_chi2: float, fit: Fit) -> Trial:
@@ -67,14 +67,14 @@ def test_a_pump_that_brings_a_state_is_found_in_the_place_of_one_without(
     pumped: tuple[Fitter, Search, Round],
 ) -> None:
     """Only with gains that correct its stroke it ends near the pump that the machine has."""
-    fitter, search, found = pumped
-    near = near_rivals(fitter, search, found)
+    fitter, search, round_ = pumped
+    near = near_rivals(fitter, search, round_)
     assert list(near) == ["variable_pump"]
-    own, at = near["variable_pump"]
-    assert own[-1].name == "variable_pump"
-    droop = own[0].value(at[0]) / own[-1].value(at[-1])
+    coordinates, at = near["variable_pump"]
+    assert coordinates[-1].name == "variable_pump"
+    droop = coordinates[0].value(at[0]) / coordinates[-1].value(at[-1])
     assert droop == pytest.approx(10e5 / FLOW, rel=0.1)
-    again = replace(found, near=near)
+    again = replace(round_, near=near)
     assert weighed(again, "variable_pump") is near["variable_pump"]
 
 
@@ -82,20 +82,20 @@ def test_a_rival_that_was_not_refitted_is_tried_where_its_slope_leads(
     pumped: tuple[Fitter, Search, Round],
 ) -> None:
     """In its round others were likelier; at the place of the named effect it is likely enough."""
-    fitter, search, found = pumped
-    sloped = replace(found, scores=[scored("variable_pump", 600.0, 1.0)])
+    fitter, search, round_ = pumped
+    sloped = replace(round_, scores=[scored("variable_pump", 600.0, 1.0)])
     assert list(near_rivals(fitter, search, sloped)) == ["variable_pump"]
 
 
 def test_the_gains_are_those_of_the_finished_model_again(
     pumped: tuple[Fitter, Search, Round],
 ) -> None:
-    """What follows is seen through the model that was found."""
-    fitter, search, found = pumped
+    """All later gains are computed with the finished model."""
+    fitter, search, round_ = pumped
     assert search.final is not None
     fitter.freeze(search.final.coordinates, search.final.at)
     before = fitter.frozen[0].gains.kalman.copy()
-    near_rivals(fitter, search, found)
+    near_rivals(fitter, search, round_)
     np.testing.assert_array_equal(fitter.frozen[0].gains.kalman, before)
 
 
@@ -107,6 +107,6 @@ def test_other_rivals_are_not_tried(
     pumped: tuple[Fitter, Search, Round], rival: str, delta_chi2: float
 ) -> None:
     """One that explained clearly less when the effect was named, or acts at another part."""
-    fitter, search, found = pumped
-    one = replace(found, scores=[], trials=[*found.trials, trial(rival, delta_chi2, found.base)])
+    fitter, search, round_ = pumped
+    one = replace(round_, scores=[], trials=[*round_.trials, trial(rival, delta_chi2, round_.base)])
     assert near_rivals(fitter, search, one) == {}

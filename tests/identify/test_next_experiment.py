@@ -1,4 +1,4 @@
-"""What to record next: forecasts that come true, and a command that writes the file."""
+"""The next experiment: forecasts that come true, and a command that writes the file."""
 
 import shlex
 from functools import cache
@@ -59,18 +59,20 @@ def forecaster() -> Forecaster:
     observer = Observer(model, INSTRUMENTS)
     fitter = Fitter(observer, [data])
     free = parameters.ordinary(model)
-    known = {c.name: c for c in parameters.candidates(model, INSTRUMENTS)}
+    candidates_by_name = {c.name: c for c in parameters.candidates(model, INSTRUMENTS)}
     fitter.freeze(free, np.zeros(len(free)))
-    found = []
+    explained = []
     for name, start in (("internal_leakage", 0.06), ("external_leakage", 0.3)):
-        fit = fitter.fit([*free, known[name]], np.append(np.zeros(len(free)), start), 4)
-        found.append(Explanation(name, fit.coordinates, fit.at, fit.chi2))
-    fitter.freeze(found[0].coordinates, found[0].at)
-    return Forecaster(fitter, observer, found)
+        fit = fitter.fit(
+            [*free, candidates_by_name[name]], np.append(np.zeros(len(free)), start), 4
+        )
+        explained.append(Explanation(name, fit.coordinates, fit.at, fit.chi2))
+    fitter.freeze(explained[0].coordinates, explained[0].at)
+    return Forecaster(fitter, observer, explained)
 
 
 def test_the_better_experiment_is_known_beforehand() -> None:
-    """A small chirp around rest tells small leaks apart, steps hardly do: forecast and shown."""
+    """A small chirp around rest separates small leaks, steps hardly do: forecast and confirmed."""
     asked = forecaster()
     truth = asked.explanations[0]
     chirp, steps = (target(stimulus(n), limits(knee_model().plant_values))
@@ -81,9 +83,9 @@ def test_the_better_experiment_is_known_beforehand() -> None:
 
 @pytest.mark.full(sibling="test_the_better_experiment_is_known_beforehand")
 def test_forecasts_come_true() -> None:
-    """Over experiments that say little and much, refits to new recordings rank as forecast.
+    """Refits to new recordings rank experiments of little and much information as forecast.
 
-    Motion below 1 mm is not among them: what it tells apart hangs on the noise of the day.
+    Motion below 1 mm is left out: its result depends on the noise of the recording.
     """
     asked = forecaster()
     truth = asked.explanations[0]
@@ -99,13 +101,13 @@ def test_forecasts_come_true() -> None:
 
 
 def test_every_experiment_is_considered_at_amplitudes_that_fit() -> None:
-    """The whole library, at most at three amplitudes each, none beyond the stops."""
+    """The whole library, at most at three amplitudes each, all within the stops."""
     plant = knee().plant
-    found = possible(plant, 1e-3)
-    assert {t.stimulus.name for t in found} == {e.name for e in LIBRARY}
-    assert len(LIBRARY) < len(found) <= 3 * len(LIBRARY)
+    targets = possible(plant, 1e-3)
+    assert {t.stimulus.name for t in targets} == {e.name for e in LIBRARY}
+    assert len(LIBRARY) < len(targets) <= 3 * len(LIBRARY)
     allowed = limits(plant)
-    assert all(t.position.max() <= allowed.high + 1e-9 for t in found)
+    assert all(t.position.max() <= allowed.high + 1e-9 for t in targets)
 
 
 def test_a_new_experiment_adds_to_what_is_known() -> None:
@@ -115,15 +117,15 @@ def test_a_new_experiment_adds_to_what_is_known() -> None:
     assert asked.separability(played) >= 0.9 * asked.now
 
 
-def test_nobody_has_to_wait_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interrupt_ends_the_forecast(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ctrl-C during the forecast leaves the result without a recommendation."""
-    truth, told = forecaster().explanations[0], list[str]()
+    truth, messages = forecaster().explanations[0], list[str]()
     search = Search([])
     search.final = Fit(truth.coordinates, truth.at, np.zeros(0), np.zeros((0, 0)), 0.0)
     searcher = Searcher(forecaster().fitter.predictor, forecaster().fitter.experiments, [], [], [])
     monkeypatch.setattr(next_experiment, "explanations", Mock(side_effect=KeyboardInterrupt))
-    assert recommend(searcher, search, truth.name, ["external_leakage"], told.append) is None
-    assert "no experiment is recommended" in told[-1]
+    assert recommend(searcher, search, truth.name, ["external_leakage"], messages.append) is None
+    assert "no experiment is recommended" in messages[-1]
 
 
 PLAN = NextExperiment(
@@ -146,7 +148,7 @@ def test_the_command_writes_the_experiment(tmp_path: Path, monkeypatch: pytest.M
     assert np.abs(position - 0.04).max() == pytest.approx(0.0126, rel=1e-3)
 
 
-def test_it_says_so_where_no_experiment_helps() -> None:
+def test_the_advice_states_that_no_experiment_helps() -> None:
     """A best candidate that would not separate is not recommended."""
     weak = Candidate("steps", 0.0126, 2.0, 90.0, 3.0)
     text = str(NextExperiment(PLAN.members, 1.0, weak, (), PLAN.command))
@@ -155,19 +157,19 @@ def test_it_says_so_where_no_experiment_helps() -> None:
 
 
 @pytest.mark.full(sibling="test_the_better_experiment_is_known_beforehand")
-def test_a_result_with_a_class_says_what_to_record() -> None:
-    """A gain error of a pressure that is never negative is one slope of two, too: a class.
+def test_a_result_with_a_group_states_what_to_record() -> None:
+    """A gain error of a pressure that is never negative equals a different slope of one sign.
 
-    No experiment separates the two, as the plan and the sentence say.
+    No experiment separates these effects, as the plan and the sentence state.
     """
     model = knee_model()
     made = practice.ground(model, [practice.hide(model, "pressure_a.gain_error", "1 %")], 3)
     data = practice.campaign(made, ["multisine", "steps", "triangles"])
     result = identify(knee(), data[:2], data[2:], cache=CACHE)
-    (found,) = result.effects
-    assert {found.name, *found.group} >= {"pressure_a.gain_error", "pressure_a.slope_asymmetry"}
+    (finding,) = result.effects
+    assert {finding.name, *finding.group} >= {"pressure_a.gain_error", "pressure_a.slope_asymmetry"}
     assert result.plan is not None
     assert "no experiment of the library would separate" in result.next_experiment
     kept = result.to_dict()["plan"]
-    assert set(kept["members"]) <= {found.name, *found.group}
+    assert set(kept["members"]) <= {finding.name, *finding.group}
     assert kept["best"]["experiment"] in {e.name for e in LIBRARY}

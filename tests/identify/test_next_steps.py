@@ -1,4 +1,4 @@
-"""What the first screen of an identification's page recommends."""
+"""Recommendations on the first screen of an identification's page."""
 
 from typing import get_args
 

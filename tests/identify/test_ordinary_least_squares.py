@@ -30,8 +30,8 @@ def test_a_balance_of_forces_gives_what_the_normal_equations_give() -> None:
     area = [c for c in ordinary(model, UNKNOWN_SEALS) if c.name in UNKNOWN_SEALS]
     free = [*area, *(named[name] for name in NAMES)]
     start = Fit(free, np.array([0.0, 0.1, 0.1]), np.zeros(0), np.zeros((0, 3)), 0.0)
-    found = ordinary_least_squares(StaticObserver(model), logs, start)
+    fit = ordinary_least_squares(StaticObserver(model), logs, start)
     rows, force = terms(model, logs)
     expected = np.linalg.lstsq(rows, force, rcond=None)[0]
-    values = [c.value(float(at)) for c, at in zip(found.coordinates, found.at, strict=True)]
+    values = [c.value(float(at)) for c, at in zip(fit.coordinates, fit.at, strict=True)]
     assert values == pytest.approx(expected, rel=2e-3)

@@ -1,4 +1,4 @@
-"""What another sensor would have shown, carried along the run, against the prediction itself."""
+"""Residuals with another sensor, carried along the run, compared with the prediction."""
 
 from functools import cache
 
@@ -27,12 +27,12 @@ SENSORS = {c.name: c for c in parameters.candidates(knee_model(), INSTRUMENTS) i
 
 @cache
 def fitter() -> Fitter:
-    """Return a machine that nothing hits, with a gap in a channel."""
+    """Return a fitter with a healthy machine and a gap in a channel."""
     data = recorded({}, "multisine", 3, 0.5)
     data.readings["load_force"][100:120] = np.nan
-    found = Fitter(Observer(knee_model(), INSTRUMENTS), [data])
-    found.freeze(ORDINARY, np.zeros(len(ORDINARY)))
-    return found
+    healthy = Fitter(Observer(knee_model(), INSTRUMENTS), [data])
+    healthy.freeze(ORDINARY, np.zeros(len(ORDINARY)))
+    return healthy
 
 
 def changes(sensor: Coordinate) -> tuple[np.ndarray, np.ndarray]:
@@ -47,7 +47,7 @@ def changes(sensor: Coordinate) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("name", SENSORS)
-def test_another_sensor_does_what_the_prediction_says(name: str) -> None:
+def test_another_sensor_changes_the_residual_as_predicted(name: str) -> None:
     """Every effect of a sensor, along a run with missing data."""
     carried, predicted = changes(SENSORS[name])
     assert np.linalg.norm(carried - predicted) <= max(0.05 * np.linalg.norm(predicted), UNSEEN)
@@ -58,12 +58,12 @@ def test_what_explains_much_is_predicted() -> None:
     offset, bias = SENSORS["pressure_a.offset"], SENSORS["load_force.offset"]
     data = recorded({}, "multisine", 3, 0.5)
     data.readings["pressure_a"] += offset.scale
-    seen = Fitter(Observer(knee_model(), INSTRUMENTS), [data])
+    offset_fitter = Fitter(Observer(knee_model(), INSTRUMENTS), [data])
     free = ORDINARY[:2]
-    seen.freeze(free, np.zeros(2))
-    base = seen.fit(free, np.zeros(2), 2)
-    found = scan(seen, base, [bias, offset])
-    alone = seen.column([*free, offset], np.append(base.at, 0.0), base.residual, 2)
-    assert found[0].coordinate is offset
-    np.testing.assert_array_equal(found[0].sensitivity, alone.astype(np.float32))
-    assert len(found) == 2
+    offset_fitter.freeze(free, np.zeros(2))
+    base = offset_fitter.fit(free, np.zeros(2), 2)
+    scores = scan(offset_fitter, base, [bias, offset])
+    alone = offset_fitter.column([*free, offset], np.append(base.at, 0.0), base.residual, 2)
+    assert scores[0].coordinate is offset
+    np.testing.assert_array_equal(scores[0].sensitivity, alone.astype(np.float32))
+    assert len(scores) == 2

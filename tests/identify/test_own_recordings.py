@@ -41,8 +41,8 @@ def read(recording: Recording, file: Path) -> Experiment:
     journal.write(recording, source)
     if file != source:
         export(source, file)
-    (found,) = experiments([file], reference(), Meaning())
-    return found
+    (experiment,) = experiments([file], reference(), Meaning())
+    return experiment
 
 
 @pytest.mark.parametrize("ending", [".rec", ".csv", ".npz", ".parquet", ".mf4", ".mat"])
@@ -50,13 +50,13 @@ def test_a_set_point_acts_after_the_readings_before_it(
     recording: Recording, tmp_path: Path, ending: str
 ) -> None:
     """A row holds what acted before its readings, whatever the format."""
-    found = read(recording, tmp_path / f"run{ending}")
+    experiment = read(recording, tmp_path / f"run{ending}")
     table = recording.table()
-    assert found.period == pytest.approx(1e-3)
-    np.testing.assert_allclose(found.current[:-1], table["valve_current"][1:], rtol=1e-8)
+    assert experiment.period == pytest.approx(1e-3)
+    np.testing.assert_allclose(experiment.current[:-1], table["valve_current"][1:], rtol=1e-8)
     for name in CHANNELS:
-        np.testing.assert_allclose(found.readings[name], table[name], rtol=1e-8)
-    assert not any(name.startswith("model.") for name in found.readings)
+        np.testing.assert_allclose(experiment.readings[name], table[name], rtol=1e-8)
+    assert not any(name.startswith("model.") for name in experiment.readings)
 
 
 @given(
@@ -96,13 +96,15 @@ def test_frames_that_it_has_recorded_itself(
     recording: Recording, tmp_path: Path, ending: str
 ) -> None:
     """Frames converted from a journal are a capture like any other."""
-    found = read(recording, tmp_path / f"run{ending}")
+    experiment = read(recording, tmp_path / f"run{ending}")
     table = recording.table()
-    rows = found.samples
+    rows = experiment.samples
     assert rows >= TICKS
     wanted = table["position"][-rows:]
-    np.testing.assert_allclose(found.readings["position"], wanted, rtol=0.0, atol=0.51e-7)
-    np.testing.assert_allclose(found.current[:-1], table["valve_current"][-rows + 1 :], atol=1e-9)
+    np.testing.assert_allclose(experiment.readings["position"], wanted, rtol=0.0, atol=0.51e-7)
+    np.testing.assert_allclose(
+        experiment.current[:-1], table["valve_current"][-rows + 1 :], atol=1e-9
+    )
 
 
 def test_a_damaged_journal_is_refused(tmp_path: Path) -> None:

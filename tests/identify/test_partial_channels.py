@@ -1,4 +1,4 @@
-"""Channels that have values in a part of a log only: the others decide, and a note says where."""
+"""Channels with values in a part of a log only: the others decide, with a note."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -32,13 +32,13 @@ def test_the_channels_that_go_on_decide(channel: str, rows: slice) -> None:
     log = replace(HEALTHY, readings=HEALTHY.readings | {channel: values})
     result = session.identify(knee(), [log], question=Question(search=False), cache=CACHE)
     assert result.verdict in ("agrees", "cannot_examine")
-    found = Identification(ActuatorModel("knee", knee()), result)
-    assert result.verdict in repr(found)
-    assert "<html" in found.page()
+    identification = Identification(ActuatorModel("knee", knee()), result)
+    assert result.verdict in repr(identification)
+    assert "<html" in identification.page()
 
 
 @pytest.mark.parametrize(
-    ("missing", "said"),
+    ("missing", "words"),
     [
         (slice(40, None), "has values until 0.039 s of 0.399 s only"),
         (slice(0, 300), "begins 0.3 s after the others"),
@@ -46,7 +46,7 @@ def test_the_channels_that_go_on_decide(channel: str, rows: slice) -> None:
     ],
 )
 def test_a_note_states_when_a_channel_has_no_values(
-    tmp_path: Path, missing: slice, said: str
+    tmp_path: Path, missing: slice, words: str
 ) -> None:
     """The time is that of the log."""
     cells = [f"{60 + np.cos(k / 7.0):.3f}" for k in range(400)]
@@ -56,4 +56,4 @@ def test_a_note_states_when_a_channel_has_no_values(
     heads = "time [s],valve_current [mA],pressure_a [bar],position [mm]"
     file.write_text("\n".join([heads, *rows]))
     (e,) = experiments([file], knee(), Meaning())
-    assert any(note.startswith("pressure_a") and said in note for note in e.notes)
+    assert any(note.startswith("pressure_a") and words in note for note in e.notes)

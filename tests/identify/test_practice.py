@@ -1,4 +1,4 @@
-"""The practice ground: what is hidden, how it looks, and what opening it tells."""
+"""The practice folder: hidden effects, their logs, and the comparison after opening."""
 
 import json
 from dataclasses import replace
@@ -21,8 +21,8 @@ from tests.studies.generator import cases
 from tests.studies.generator.bench import record
 
 
-def said(*words: object) -> str:
-    """Run a command that has to succeed, and return what it says."""
+def output_of(*words: object) -> str:
+    """Run a command that has to succeed, and return its output."""
     result = CliRunner().invoke(main, [str(w) for w in words])
     assert result.exit_code == 0, result.output
     return result.output
@@ -32,7 +32,7 @@ def said(*words: object) -> str:
 def ground(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a practice ground with leakage hidden in it."""
     folder = tmp_path_factory.mktemp("practice") / "ground"
-    said("hide", "internal_leakage", "--duration", "1 s", "--seed", "5", "--out", folder)
+    output_of("hide", "internal_leakage", "--duration", "1 s", "--seed", "5", "--out", folder)
     return folder
 
 
@@ -48,7 +48,7 @@ def test_it_looks_like_a_measurement(ground: Path) -> None:
 
 
 def test_the_plain_configuration_stands_alone(ground: Path) -> None:
-    """The copy loads with its EDS beside it, and does not contain what is hidden."""
+    """The copy loads with its EDS, and does not contain the hidden effects."""
     (file,) = ground.glob("*.toml")
     config = load([file])
     assert "internal_leakage_conductance" not in config.plant
@@ -62,20 +62,20 @@ def test_the_truth_is_not_readable_at_a_glance(ground: Path) -> None:
     assert sealed.unseal(ground)["effects"][0]["name"] == "internal_leakage"
 
 
-def test_opening_tells_truth_and_verdict(ground: Path) -> None:
-    """Beside a result, opening says what was named, what was missed, and what was wrong."""
-    assert "no result yet" in said("hide", "--open", ground)
+def test_opening_compares_truth_and_verdict(ground: Path) -> None:
+    """With a result, opening lists the named, missed and wrong effects."""
+    assert "no result yet" in output_of("hide", "--open", ground)
     (ground / "found").mkdir(exist_ok=True)
-    found = {"name": "internal_leakage", "value": 1.6e-13, "interval": [1.5e-13, 1.65e-13],
+    named = {"name": "internal_leakage", "value": 1.6e-13, "interval": [1.5e-13, 1.65e-13],
              "group": []}  # fmt: skip
     other = {"name": "gravity", "value": 5.0, "interval": [1.0, 9.0], "group": []}
-    result = {"verdict": "missing_effects", "effects": [found, other], "reason": "", "gap": {}}
+    result = {"verdict": "missing_effects", "effects": [named, other], "reason": "", "gap": {}}
     result["gap_measure"] = "N"
     (ground / "found" / "result.json").write_text(json.dumps(result))
-    told = said("hide", "--open", ground)
-    assert "hidden    internal_leakage: conductance = 1.7e-13" in told
-    assert "5.9 % off; the truth is outside its 95 %" in told
-    assert "wrong     gravity is named and not hidden" in told
+    output = output_of("hide", "--open", ground)
+    assert "hidden    internal_leakage: conductance = 1.7e-13" in output
+    assert "5.9 % off; the truth is outside its 95 %" in output
+    assert "wrong     gravity is named and not hidden" in output
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_opening_tells_truth_and_verdict(ground: Path) -> None:
     [(["internal_leakage"], "in group  internal_leakage with"), ([], "missed    internal")],
 )
 def test_a_group_is_not_a_miss(group: list[str], words: str) -> None:
-    """A class with the truth in it is told from a wrong name."""
+    """A group that contains the truth is not a wrong name."""
     truth = {"effects": [{"name": "internal_leakage", "value": 1.0, "unit": "1"}]}
     effect = {"name": "external_leakage", "value": 1.0, "interval": [0.0, 2.0], "group": group}
     assert any(line.startswith(words) for line in sealed.compared(truth, {"effects": [effect]}))
@@ -92,8 +92,8 @@ def test_a_group_is_not_a_miss(group: list[str], words: str) -> None:
 def test_another_experiment_can_be_recorded_there(ground: Path, tmp_path: Path) -> None:
     """The hidden machine follows a stimulus file, and its recording joins the training data."""
     file = tmp_path / "more.csv"
-    said("experiment", "triangles", "--duration", "1 s", "--out", file)
-    said("hide", "--play", file, "--out", ground)
+    output_of("experiment", "triangles", "--duration", "1 s", "--out", file)
+    output_of("hide", "--play", file, "--out", ground)
     (made,) = load_experiments([ground / "training" / "05_more.csv"])
     wanted = np.loadtxt(file, delimiter=",", skiprows=1)[:, 1]
     assert np.corrcoef(made.readings["position"], wanted)[0, 1] > 0.98
@@ -103,7 +103,9 @@ def test_the_same_seed_makes_the_same_machine(tmp_path: Path) -> None:
     """Every file is the same again; another seed makes another machine."""
     texts = []
     for i, seed in enumerate((1, 1, 2)):
-        said("hide", "nothing", "--duration", "0.8 s", "--seed", seed, "--out", tmp_path / str(i))
+        output_of(
+            "hide", "nothing", "--duration", "0.8 s", "--seed", seed, "--out", tmp_path / str(i)
+        )
         texts.append((tmp_path / str(i) / "training" / "01_multisine.csv").read_text())
     assert texts[0] == texts[1] != texts[2]
 
@@ -118,7 +120,7 @@ def test_what_is_hidden_acts() -> None:
 
 
 def test_ordinary_parameters_deviate_within_their_tolerance() -> None:
-    """No two seeds agree, and none deviates by more than a standard deviation."""
+    """Seeds give different values, within one standard deviation."""
     model = knee_model()
     drawn = [practice.ground(model, [], seed).ordinary for seed in range(20)]
     assert set(drawn[0]) == {c.name for c in parameters.ordinary(model)}
@@ -149,7 +151,7 @@ def test_a_size_is_a_word_or_a_value(size: str, value: float) -> None:
     assert practice.hide(knee_model(), "gravity", size).value == pytest.approx(value)
 
 
-def test_one_command_line_says_one_thing(tmp_path: Path) -> None:
+def test_contradictory_options_are_refused(tmp_path: Path) -> None:
     """Neither an effect nor --surprise, or a folder that is in use, ends with exit code 2."""
     nothing = CliRunner().invoke(main, ["hide", f"--out={tmp_path / 'a'}"])
     assert (nothing.exit_code, "--surprise" in nothing.output) == (2, True)
@@ -164,12 +166,12 @@ def test_one_command_line_says_one_thing(tmp_path: Path) -> None:
 def test_a_surprise_is_found(tmp_path: Path) -> None:
     """The commands as printed: hide, identify, open - and the drawn effect has its name."""
     out = tmp_path / "s"
-    told = said("hide", "--surprise", "--seed", "6", "--out", out)
-    assert "hidden" not in told
+    output = output_of("hide", "--surprise", "--seed", "6", "--out", out)
+    assert "hidden" not in output
     held = [f"--validate={f}" for f in sorted((out / "validation").glob("*.csv"))]
     training = sorted((out / "training").glob("*.csv"))
-    said("identify", *out.glob("*.toml"), *training, *held, f"--out={out / 'found'}")
-    opened = said("hide", "--open", out)
+    output_of("identify", *out.glob("*.toml"), *training, *held, f"--out={out / 'found'}")
+    opened = output_of("hide", "--open", out)
     assert "named     " in opened or "in group  " in opened
     assert "missed" not in opened
 

@@ -25,7 +25,7 @@ def fit() -> Fit:
 
 
 def test_columns_side_by_side_are_those_of_least_squares(fit: Fit) -> None:
-    """What is left of each is the remainder of a fit of all parameters with their priors."""
+    """The rest of each column is the residual of a fit of all parameters with their priors."""
     columns = np.random.default_rng(3).normal(size=(ROWS, 4))
     projected, responses = Projection(fit).together(columns)
     stacked = np.vstack([fit.jacobian, np.diag([1.0 / c.prior for c in FREE])])
@@ -37,7 +37,7 @@ def test_columns_side_by_side_are_those_of_least_squares(fit: Fit) -> None:
 
 
 def test_a_pair_gains_what_least_squares_gain_with_both(fit: Fit) -> None:
-    """Two effects that hide each other, beside one that explains more than either alone."""
+    """Two effects that hide each other, and one that explains more than either alone."""
     random = np.random.default_rng(4)
     one, third = random.normal(size=(2, ROWS))
     other = -0.9 * one + 0.3 * random.normal(size=ROWS)

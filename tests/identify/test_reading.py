@@ -47,7 +47,7 @@ def test_units_and_order_do_not_matter(tmp_path: Path) -> None:
     ],
 )
 def test_a_wrong_header_is_named_with_its_remedy(tmp_path: Path, header: str, words: str) -> None:
-    """A wrong dimension, a missing unit, a misspelt channel and a missing time say so."""
+    """A wrong dimension, a missing unit, a misspelt channel and a missing time get a message."""
     with pytest.raises(UserError, match=r"log\.csv") as caught:
         only(written(tmp_path, header, [TIME, TIME]))
     assert words in str(caught.value)
@@ -105,7 +105,7 @@ def test_an_irregular_clock_is_resampled_and_reported(tmp_path: Path) -> None:
 
 
 def test_a_clock_that_starts_again_makes_two_experiments(tmp_path: Path) -> None:
-    """Two runs in one file are two experiments, whichever times they cover; none is sorted in."""
+    """Two runs in one file are two experiments, whichever times they cover; rows are not merged."""
     for begin in (0.0, 0.1, -5.0):
         time = np.concatenate([TIME, TIME[:150] + begin])
         position = np.concatenate([TIME, 1.0 - TIME[:150]]) * 1e3
@@ -118,7 +118,7 @@ def test_a_clock_that_starts_again_makes_two_experiments(tmp_path: Path) -> None
 
 
 def test_a_pause_in_which_the_set_point_got_lost_parts_experiments(tmp_path: Path) -> None:
-    """Of rows missing for a while nobody knows what the current was; where it held, one run is.
+    """The current in a pause is unknown, unless it is the same before and after.
 
     Without a set point (a bench of forces) a pause is only a gap.
     """
@@ -136,13 +136,13 @@ def test_a_pause_in_which_the_set_point_got_lost_parts_experiments(tmp_path: Pat
 
 
 def test_pauses_that_leave_no_experiment_are_refused(tmp_path: Path) -> None:
-    """Forty rows between any two pauses are too few to tell anything from."""
+    """40 rows between two pauses are too few."""
     kept = np.arange(len(TIME)) % 80 < 40
     file = written(
         tmp_path, "time [s],valve_current [mA],position [mm]",
         [TIME[kept], np.sin(7.0 * TIME[kept]), TIME[kept]],
     )  # fmt: skip
-    with pytest.raises(UserError, match=r"rows are missing, .* none of the parts has the 50"):
+    with pytest.raises(UserError, match=r"rows are missing, .* no part has the 50"):
         load_experiments([file])
 
 

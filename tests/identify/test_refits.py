@@ -1,4 +1,4 @@
-"""What a candidate has gained that was refitted together with everything else."""
+"""Gain of a candidate that was refitted together with all parameters."""
 
 import numpy as np
 

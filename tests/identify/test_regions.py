@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.disagreement.regions import disagreements
-from hil_emulator.identify.disagreement.residuals import beside, draw, lacking
+from hil_emulator.identify.disagreement.residuals import draw, lacking, with_term
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, score_terms
 from hil_emulator.identify.estimation.map_fit import Fitter
@@ -69,25 +69,25 @@ def test_a_leak_is_a_disagreement_of_the_leakage_balance() -> None:
     """The balance with the largest share is the one that lacks a term; shares add up to one."""
     fit = configured()[0]
     worthwhile = Round(fit, [], [], terms()).worthwhile
-    found = disagreements(fit, worthwhile, states(), len(INSTRUMENTS))
-    assert found[0].balance == LEAKAGE.name
-    assert found[0].regressor == "pressure difference"
-    assert sum(d.share for d in found) == pytest.approx(1.0)
-    assert all(0.0 < r.time < 1.0 and r.share > r.time for d in found for r in d.regions)
+    places = disagreements(fit, worthwhile, states(), len(INSTRUMENTS))
+    assert places[0].balance == LEAKAGE.name
+    assert places[0].regressor == "pressure difference"
+    assert sum(d.share for d in places) == pytest.approx(1.0)
+    assert all(0.0 < r.time < 1.0 and r.share > r.time for d in places for r in d.regions)
 
 
 def test_nothing_significant_is_no_disagreement() -> None:
-    """Terms that chance explains make no line, nor those below what is worth a word."""
+    """Terms by chance, or below the noticeable share, are not reported."""
     fit, _ = configured()
     chance = [replace(t, statistic=t.limit) for t in terms()]
     little = [replace(t, statistic=t.usual + 1.0, limit=t.usual) for t in terms()]
-    for told in (chance, little):
-        worthwhile = Round(fit, [], [], told).worthwhile
+    for some in (chance, little):
+        worthwhile = Round(fit, [], [], some).worthwhile
         assert disagreements(fit, worthwhile, {}, len(INSTRUMENTS)) == []
 
 
 def test_a_term_that_another_one_holds_takes_no_share() -> None:
-    """Of two equal terms the second keeps no direction of its own, whatever else is told."""
+    """Of two equal terms the second has no share, whatever other terms there are."""
     fit = configured()[0]
     some = np.where(np.arange(len(fit.residual)) % 10 == 0, fit.residual, 0.0)
     other = replace(leak(), regressor="any", columns=some[:, None].astype(np.float32), limit=0.0)
@@ -106,7 +106,7 @@ def leak() -> DiscrepancyTerm:
 def test_what_the_balance_lacks_is_the_leak_itself() -> None:
     """The smoothed term has the slope of the leak over the pressure difference, and its sign."""
     fit = configured()[0]
-    moved = beside(fit, leak())
+    moved = with_term(fit, leak())
     par, chan = knee_model().memory(moved.coordinates, moved.at)
     frozen = observer().freeze(leaking()[0], par, chan)
     term = lacking(observer(), frozen, par, chan, LEAKAGE)
@@ -120,16 +120,16 @@ def test_a_map_shows_the_leak_before_and_nothing_after() -> None:
     fit, _ = configured()
     effects = parameters.candidates(knee_model(), INSTRUMENTS)
     effect = next(c for c in effects if c.name == "internal_leakage")
-    at = np.append(beside(fit, leak()).at, CONDUCTANCE / effect.scale)
+    at = np.append(with_term(fit, leak()).at, CONDUCTANCE / effect.scale)
     after = Fit([*fit.coordinates, effect], at, fit.residual, fit.jacobian, 0.0)
-    drawn = draw(observer(), beside(fit, leak()), after, leak(), leaking())
+    drawn = draw(observer(), with_term(fit, leak()), after, leak(), leaking())
     assert (drawn.unit, drawn.regressor_unit) == ("l/min", "bar")
     assert np.nanstd(drawn.after.middle) < 0.3 * np.nanstd(drawn.before.middle)
     assert drawn.spectra[0][:5].sum() > drawn.spectra[1][:5].sum()
 
 
 def test_what_no_law_explains_casts_doubt_on_what_it_moves() -> None:
-    """The leak that is missing has moved the modulus about as far as its uncertainty says."""
+    """The missing leak has moved the modulus by about its uncertainty."""
     fit, _ = configured()
     names = [c.name for c in fit.coordinates]
     i = names.index("oil_bulk_modulus")

@@ -58,50 +58,50 @@ def test_the_ripple_is_as_large_as_it_is(rippling: tuple[Fitter, Fit]) -> None:
     assert Ripple(*rippling).share == pytest.approx(0.09 / np.sqrt(2.0), rel=0.3)
 
 
-def test_a_law_of_friction_takes_none_of_it_for_itself(rippling: tuple[Fitter, Fit]) -> None:
-    """Fitted without it, the law is more off than its own noise allows; beside it, it is not."""
+def test_a_law_of_friction_does_not_absorb_ripple(rippling: tuple[Fitter, Fit]) -> None:
+    """Its error exceeds the noise if ripple is ignored, and does not if ripple is fitted."""
     fitter, fit = rippling
     white = np.sqrt(np.diag(fit.covariance())[-len(KNOBS) :])
-    told = settled(fitter, fit, KNOBS, None, [])
-    assert told is not None
-    known = np.array([told.deviations[c.name] for c in KNOBS])
-    before, after = (f.at[-len(KNOBS) :] - TRUE for f in (fit, told.fit))
-    print(f"off by {before / white} deviations, beside ripple by {after / known}")
+    final = settled(fitter, fit, KNOBS, None, [])
+    assert final is not None
+    reported = np.array([final.deviations[c.name] for c in KNOBS])
+    before, after = (f.at[-len(KNOBS) :] - TRUE for f in (fit, final.fit))
+    print(f"off by {before / white} deviations, with ripple by {after / reported}")
     assert np.linalg.norm(before / white) > 6.0
-    assert np.linalg.norm(after / known) < 3.0
+    assert np.linalg.norm(after / reported) < 3.0
 
 
 def test_sizes_of_a_law_that_fits_are_alike(rippling: tuple[Fitter, Fit]) -> None:
-    """What does not act by the place itself is of one size in all experiments beside the ripple."""
-    told = settled(*rippling, KNOBS, None, [])
-    assert told is not None
+    """Effects that do not depend on the position have one size in all experiments."""
+    final = settled(*rippling, KNOBS, None, [])
+    assert final is not None
     for name in ("stribeck_friction", "friction_asymmetry"):
-        sizes = told.sizes[name]
+        sizes = final.sizes[name]
         assert len(sizes.values) == 3
         assert sizes.spread < 0.05 * abs(sizes.about)
 
 
 def test_what_lasts_widens_no_belief(rippling: tuple[Fitter, Fit]) -> None:
     """Stops that the rod never meets are as uncertain as a data sheet leaves them, and no more."""
-    told = settled(*rippling, KNOBS, None, [])
-    assert told is not None
-    assert told.deviations["end_stops"] == pytest.approx(1.0, abs=1e-3)
-    white = np.sqrt(np.diag(told.fit.covariance()))
+    final = settled(*rippling, KNOBS, None, [])
+    assert final is not None
+    assert final.deviations["end_stops"] == pytest.approx(1.0, abs=1e-3)
+    white = np.sqrt(np.diag(final.fit.covariance()))
     for coordinate, deviation in zip(FREE[: -len(KNOBS)], white, strict=False):
-        assert deviation <= told.deviations[coordinate.name] <= max(1.0, 3.0 * deviation)
+        assert deviation <= final.deviations[coordinate.name] <= max(1.0, 3.0 * deviation)
 
 
 @pytest.mark.slow
 def test_without_ripple_nothing_changes() -> None:
     """None is found, or so little that the estimate stays within a fraction of its deviation."""
     fitter, fit = fitted(0.0)
-    beside = Ripple(fitter, fit)
-    assert beside.share < 0.01
-    moved = np.abs(beside.fit.at - fit.at) / np.sqrt(np.diag(fit.covariance()))
+    ripple = Ripple(fitter, fit)
+    assert ripple.share < 0.01
+    moved = np.abs(ripple.fit.at - fit.at) / np.sqrt(np.diag(fit.covariance()))
     assert np.max(moved) < 1.0
 
 
-def test_pieces_tell_the_same_as_the_whole(
+def test_pieces_give_the_same_as_the_whole(
     rippling: tuple[Fitter, Fit], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of a long recording some rows are carried through the filter at a time."""
@@ -120,22 +120,22 @@ def test_pieces_tell_the_same_as_the_whole(
 def test_a_step_that_is_taken_in_part_leaves_the_rest_to_the_experiments(
     rippling: tuple[Fitter, Fit], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What they want on average does not hang on how far the value itself was moved."""
+    """The mean of the experiments' estimates does not depend on the step of the value."""
     fitter, fit = rippling
     wanted = []
     for part in (1.0, 0.5):
         monkeypatch.setattr(ripple, "PARTS", (part,))
-        told = settled(fitter, fit, KNOBS, None, [])
-        assert told is not None
-        for name, sizes in told.sizes.items():
+        final = settled(fitter, fit, KNOBS, None, [])
+        assert final is not None
+        for name, sizes in final.sizes.items():
             mean = np.average(sizes.values, weights=1.0 / np.array(sizes.variances))
-            wanted.append(mean / told.deviations[name])
+            wanted.append(mean / final.deviations[name])
     whole, half = np.reshape(wanted, (2, -1))
     np.testing.assert_allclose(whole, half, atol=0.3)
 
 
-def test_where_nobody_knows_the_place_there_is_no_ripple(rippling: tuple[Fitter, Fit]) -> None:
-    """Without a position, beside noise that is estimated and holds it, or where nothing counts."""
+def test_without_a_known_position_there_is_no_ripple(rippling: tuple[Fitter, Fit]) -> None:
+    """The same holds if estimated noise contains it, and without any valid sample."""
     fitter, fit = rippling
     assert ripples(fitter, fit)
     assert not ripples(fitter, replace(fit, effective=100.0))

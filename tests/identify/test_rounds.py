@@ -1,4 +1,4 @@
-"""What a round of the search remembers."""
+"""Data that a round of the search keeps."""
 
 from typing import cast
 
@@ -14,7 +14,7 @@ from hil_emulator.identify.selection.progress import Round
 
 def test_of_each_balance_the_strongest_terms_keep_their_traces() -> None:
     """Every term keeps what it explains; the order stays."""
-    none, two = np.zeros(0), np.zeros(2)
+    empty, two = np.zeros(0), np.zeros(2)
     terms = [
         DiscrepancyTerm(balance, regressor, statistic, 50.0, two, two, np.ones((10, 2)))
         for balance, regressor, statistic in (
@@ -22,18 +22,18 @@ def test_of_each_balance_the_strongest_terms_keep_their_traces() -> None:
             (PISTON, "pressure sum", 200.0),
         )
     ]  # fmt: skip
-    found = Round(Fit([], none, np.zeros(10), np.zeros((10, 0)), 0.0), [], [], list(terms))
-    found.thin(2)
-    assert [t.regressor for t in found.terms if t.columns.size] == [
+    round_ = Round(Fit([], empty, np.zeros(10), np.zeros((10, 0)), 0.0), [], [], list(terms))
+    round_.thin(2)
+    assert [t.regressor for t in round_.terms if t.columns.size] == [
         "velocity",
         "time",
         "pressure sum",
     ]
-    assert [t.statistic for t in found.terms] == [t.statistic for t in terms]
+    assert [t.statistic for t in round_.terms] == [t.statistic for t in terms]
 
 
 def test_of_long_recordings_an_excerpt_of_the_traces_is_kept() -> None:
-    """What is shown of a gap later is seen in the rows in which candidates were looked for."""
+    """Later pictures of the gap use the rows in which candidates were scored."""
     rows, at = np.arange(2, 6), np.zeros(1)
     whole = Fit([], at, np.arange(10.0), np.arange(10.0)[:, None], 0.0)
     part = Fit([], at, 2.0 * whole.residual[rows], 2.0 * whole.jacobian[rows], 0.0)
@@ -41,9 +41,9 @@ def test_of_long_recordings_an_excerpt_of_the_traces_is_kept() -> None:
     excerpt = Excerpt(fitter, part, rows, np.full(4, 2.0))
     columns = np.arange(20.0, dtype=np.float32).reshape(10, 2)
     term = DiscrepancyTerm(PISTON, "position", 100.0, 50.0, at, at, columns)
-    found = Round(whole, [], [], [term], excerpt=excerpt)
-    found.thin(1)
-    assert found.terms[0].columns.tolist() == (2.0 * columns[rows]).tolist()
-    assert found.seen is part
-    assert found.base.sample_size == 10
-    assert not found.base.jacobian.size
+    round_ = Round(whole, [], [], [term], excerpt=excerpt)
+    round_.thin(1)
+    assert round_.terms[0].columns.tolist() == (2.0 * columns[rows]).tolist()
+    assert round_.seen is part
+    assert round_.base.sample_size == 10
+    assert not round_.base.jacobian.size

@@ -16,7 +16,7 @@ HEALTHY = recorded({}, "multisine", 3)
 
 
 def led_to_its_row(e: Experiment) -> Experiment:
-    """Return a log whose rows hold the current that led to their readings, and do not say so."""
+    """Return a log whose rows hold the current that led to their readings, without a statement."""
     return replace(e, current=np.append(e.current[:1], e.current[:-1]), order_assumed=True)
 
 
@@ -29,7 +29,7 @@ def test_a_row_of_shift_is_seen_and_taken_back() -> None:
 
 
 def test_a_log_in_the_assumed_order_stays() -> None:
-    """Nothing is shifted, and nothing said, where a row's current acts after its readings."""
+    """No shift and no note if a row's current acts after its readings."""
     log = replace(HEALTHY, order_assumed=True)
     result = session.identify(knee(), [log], question=Question(search=False), cache=CACHE)
     assert result.verdict == "agrees"
@@ -38,7 +38,7 @@ def test_a_log_in_the_assumed_order_stays() -> None:
 
 @pytest.mark.parametrize(("stated", "first"), [(True, 2e-3), (False, 1e-3), (None, 1e-3)])
 def test_the_order_can_be_stated(tmp_path: Path, stated: bool | None, first: float) -> None:
-    """What is stated is taken, and not asked of the readings."""
+    """A stated order is used without an estimate from the readings."""
     rows = [f"{k * 1e-3},{(k + 1) * 1e-3},{40 + np.sin(k / 9.0)}" for k in range(100)]
     file = tmp_path / "log.csv"
     file.write_text("\n".join(["time [s],valve_current [A],position [mm]", *rows]))

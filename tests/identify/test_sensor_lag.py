@@ -39,7 +39,7 @@ def test_how_late_a_pressure_sensor_is_comes_out(
         fit = fitter.fit(free, at, 5)
         at = fit.at
     deviation = np.sqrt(fit.covariance()[-1, -1])
-    found, low, high = (free[-1].value(fit.at[-1] + d) for d in (0.0, -deviation, deviation))
-    print(f"{found:.5g} ({low:.5g} to {high:.5g})")
+    value, low, high = (free[-1].value(fit.at[-1] + d) for d in (0.0, -deviation, deviation))
+    print(f"{value:.5g} ({low:.5g} to {high:.5g})")
     assert abs(high - low) < 2.0 * close * true
-    assert abs(found - true) < abs(high - low)
+    assert abs(value - true) < abs(high - low)

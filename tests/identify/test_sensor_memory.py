@@ -19,8 +19,8 @@ def innovations(field: str, value: float) -> Array:
     chan[model.names.index("position") * len(names) + names.index(field)] = value
     observer = Observer(model, INSTRUMENTS)
     frozen = observer.freeze(data, par, chan)
-    found, _ = observer.innovations(frozen, par, chan)
-    return np.asarray(found[~frozen.data.settling, INSTRUMENTS.index("position")])
+    innovations, _ = observer.innovations(frozen, par, chan)
+    return np.asarray(innovations[~frozen.data.settling, INSTRUMENTS.index("position")])
 
 
 def from_row_to_row(values: Array) -> float:
@@ -29,7 +29,7 @@ def from_row_to_row(values: Array) -> float:
 
 
 @pytest.mark.parametrize("field", ["delay_time", "lag_time_constant"])
-def test_a_late_reading_tells_an_error_once(field: str) -> None:
+def test_a_late_reading_shows_an_error_once(field: str) -> None:
     """4 ms late, innovations are hardly more alike from row to row than those of no late sensor.
 
     What the sensor remembers would otherwise repeat an error that is corrected: 0.2 more.

@@ -42,7 +42,7 @@ def test_one_hidden_effect_is_named_with_its_value(field: str, value: float, nam
 
 
 @pytest.mark.slow
-def test_every_experiment_says_which_size_it_wants() -> None:
+def test_every_experiment_has_its_estimate() -> None:
     """Of a leak that is the catalogue's, the same; the file has the numbers and the page a picture.
 
     The interval holds the true value, and is no wider than a tenth of it.
@@ -84,7 +84,7 @@ def test_it_works_with_fewer_channels() -> None:
 
 
 def test_a_reversed_position_is_refused() -> None:
-    """A rod that moves against the valve current cannot be examined; the message says why."""
+    """Data with a rod that moves against the valve current are refused, with the reason."""
     train, other = campaign({})
     turned = [
         replace(e, readings=e.readings | {"position": 0.08 - e.readings["position"]}) for e in train
@@ -120,15 +120,15 @@ def test_an_effect_that_does_not_exist_is_refused() -> None:
 def test_an_interrupted_search_keeps_what_it_found(moment: int) -> None:
     """Before the first round is complete nothing is known; after it, the first effect is."""
     train, other = campaign({"internal_leakage_conductance": 1e-13})
-    told: list[str] = []
+    lines: list[str] = []
 
-    def tell(words: str) -> None:
-        told.append(words)
-        if len(told) == moment + 1:
+    def receive(words: str) -> None:
+        lines.append(words)
+        if len(lines) == moment + 1:
             raise KeyboardInterrupt
 
     result = identify(
-        knee(), train, other, Question(only=["internal_leakage"]), tell=tell, cache=CACHE
+        knee(), train, other, Question(only=["internal_leakage"]), report=receive, cache=CACHE
     )
     assert result.interrupted
     assert "interrupted" in result.reason
@@ -141,9 +141,9 @@ def test_linear_algebra_keeps_to_one_thread() -> None:
     train, other = campaign({})
     threads: set[int] = set()
 
-    def tell(_: str) -> None:
+    def receive(_: str) -> None:
         threads.update(p["num_threads"] for p in threadpool_info() if p["user_api"] == "blas")
 
     with threadpool_limits(limits=2, user_api="blas"):
-        identify(knee(), train, other, Question(search=False), tell=tell, cache=CACHE)
+        identify(knee(), train, other, Question(search=False), report=receive, cache=CACHE)
     assert threads == {1}

@@ -11,15 +11,15 @@ from tests.identify.rig_data import CACHE, INSTRUMENTS, knee, knee_model, record
 
 @pytest.mark.slow
 def test_a_second_names_nothing() -> None:
-    """Even a leakage that is there is only suspected; the reason says for how long to record."""
-    found = identify(
+    """A true leakage is only suspected; the reason states the length that is needed."""
+    result = identify(
         knee(), [recorded({"internal_leakage_conductance": 1e-12}, "steps", 1, 1.0)], cache=CACHE
     )
-    assert found.verdict == "cannot_tell"
-    assert not found.effects
-    assert "1 s are too short" in found.reason
-    assert "internal_leakage" in found.reason
-    assert "record 2 s or more" in found.reason
+    assert result.verdict == "cannot_tell"
+    assert not result.effects
+    assert "1 s are too short" in result.reason
+    assert "internal_leakage" in result.reason
+    assert "record 2 s or more" in result.reason
 
 
 @pytest.mark.parametrize(
@@ -27,7 +27,7 @@ def test_a_second_names_nothing() -> None:
     [("disagrees", "cannot_tell"), ("unknown_effect", "cannot_tell"), ("agrees", "agrees")],
 )  # fmt: skip
 def test_gap_and_identify_doubt_a_short_record_alike(verdict: Verdict, limited: Verdict) -> None:
-    """What `gap` calls a disagreement is as doubtful on a second of data as a name is."""
+    """On one second of data a disagreement of `gap` is as doubtful as a name."""
     result = Result(verdict, "the model leaves 2 bar")
     second = recorded({}, "steps", 1, 1.0)
     doubt_haste(result, Observer(knee_model(), INSTRUMENTS), [second])

@@ -20,40 +20,42 @@ def test_the_spread_is_that_of_a_published_analysis() -> None:
     assert of(values, variances).spread ** 2 == pytest.approx(0.3088, abs=1e-3)
 
 
-def test_sizes_of_one_law_are_apart_by_chance_as_often_as_is_told() -> None:
+def test_sizes_of_one_law_differ_by_chance_as_often_as_reported() -> None:
     """Of machines with that law, one in twenty has sizes that one in twenty has."""
     random = np.random.default_rng(8)
-    told = [of((1.0 + random.standard_normal(6) * [0.1, 0.2, 0.1, 0.3, 0.1, 0.5]).tolist(),
+    probabilities = [of((1.0 + random.standard_normal(6) * [0.1, 0.2, 0.1, 0.3, 0.1, 0.5]).tolist(),
                [0.01, 0.04, 0.01, 0.09, 0.01, 0.25]).by_chance for _ in range(2000)]  # fmt: skip
     for probability in (0.05, 0.5):
-        assert np.mean(np.array(told) < probability) == pytest.approx(probability, abs=0.035)
+        assert np.mean(np.array(probabilities) < probability) == pytest.approx(
+            probability, abs=0.035
+        )
     assert of([0.5, 1.0, 1.5], [1e-3] * 3).by_chance < 1e-9
     assert of([0.5, 1.5], [1e-3] * 2).by_chance == 1.0
 
 
 def test_sizes_that_are_known_exactly_are_as_far_apart_as_they_are() -> None:
-    """It is the standard deviation of the sample then."""
+    """The spread is then the standard deviation of the sample."""
     values = [0.8, 1.0, 1.3, 1.1]
     assert of(values, [1e-12] * 4).spread == pytest.approx(np.std(values, ddof=1))
 
 
 def test_sizes_within_their_own_uncertainty_are_not_apart() -> None:
-    """What chance explains is no spread, and of two sizes nobody knows which is odd."""
+    """Differences by chance are no spread, and of two sizes the odd one is unknown."""
     assert of([0.9, 1.0, 1.1], [0.04] * 3).spread == 0.0
     assert of([0.0, 2.0], [1e-4] * 2).spread == 0.0
 
 
 def test_one_more_experiment_lies_among_the_others() -> None:
-    """A size that is drawn like six others is off their mean by the deviation that is told."""
+    """A size drawn like six others deviates from their mean by the reported deviation."""
     random = np.random.default_rng(5)
     ratios = []
     for _ in range(2000):
         drawn = 1.0 + 0.3 * random.standard_normal(7) + 0.1 * random.standard_normal(7)
-        seen = of(drawn[:6].tolist(), [0.01] * 6)
-        ratios.append((drawn[6] - drawn[:6].mean(), seen.elsewhere))
-    off, told = np.array(ratios).T
-    # the seventh one's own uncertainty is not in what is told
-    assert np.mean(off**2) - 0.01 == pytest.approx(np.mean(told**2), rel=0.1)
+        sizes = of(drawn[:6].tolist(), [0.01] * 6)
+        ratios.append((drawn[6] - drawn[:6].mean(), sizes.elsewhere))
+    off, reported = np.array(ratios).T
+    # the reported deviation does not include the uncertainty of the seventh size
+    assert np.mean(off**2) - 0.01 == pytest.approx(np.mean(reported**2), rel=0.1)
 
 
 def test_a_size_and_its_variance_are_those_of_a_straight_line() -> None:
@@ -62,23 +64,23 @@ def test_a_size_and_its_variance_are_those_of_a_straight_line() -> None:
     white, lasting = [], []
     for _ in range(300):
         shown = np.repeat(random.standard_normal(40), 10)
-        for noise, found in (
+        for noise, draws in (
             (random.standard_normal(400), white),
             (np.repeat(random.standard_normal(40), 10), lasting),
         ):
             sizes = Sizes(1.0, 10)
             # the machine has half as much more of it than the model
             sizes.add("", shown, noise - 0.5 * shown)
-            found.append((sizes.values[0], sizes.variances[0]))
-    for found in (white, lasting):
-        values, variances = np.array(found).T
+            draws.append((sizes.values[0], sizes.variances[0]))
+    for draws in (white, lasting):
+        values, variances = np.array(draws).T
         assert np.mean(values) == pytest.approx(1.5, abs=4.0 * np.std(values) / np.sqrt(300))
         assert np.mean(variances) == pytest.approx(np.var(values), rel=0.25)
     assert np.var(np.array(lasting)[:, 0]) > 5.0 * np.var(np.array(white)[:, 0])
 
 
 def test_of_few_experiments_each_is_divided() -> None:
-    """A log by itself tells by its quarters whether an effect is of one size in all of it."""
+    """The quarters of a single log show whether an effect has one size in all of it."""
     assert [parts_of_each(count) for count in (1, 2, 3, 7)] == [4, 2, 1, 1]
     random = np.random.default_rng(4)
     shown = random.standard_normal(4000)
@@ -94,8 +96,8 @@ def test_of_few_experiments_each_is_divided() -> None:
     assert short.names == ["a log, part 1 of 2", "a log, part 2 of 2"]
 
 
-def test_an_experiment_that_shows_nothing_tells_no_size() -> None:
-    """It takes no part."""
+def test_an_experiment_without_information_has_no_size() -> None:
+    """The experiment is left out."""
     sizes = Sizes(1.0, 10)
     sizes.add("", np.zeros(40), np.ones(40))
     assert sizes.values == []

@@ -26,7 +26,7 @@ from tests.studies.generator.cases import campaign as blind
 from tests.studies.generator.cases import case
 from tests.studies.logs.slow_logger import CASES, logged, sort_of
 
-FULL = pytest.mark.full(sibling="test_the_machine_tells_whether_its_current_was_held")
+FULL = pytest.mark.full(sibling="test_the_readings_show_whether_the_current_was_held")
 EVERY = 5
 TICKS = np.arange(1000)
 
@@ -51,7 +51,7 @@ def experiment(current: np.ndarray, set_point_first: bool) -> Experiment:
 
 @pytest.mark.parametrize("set_point_first", [False, True])
 def test_a_smooth_current_is_found_between_the_rows(set_point_first: bool) -> None:
-    """Whichever end of its period a row tells, the curve is within its own uncertainty."""
+    """A row may hold the value at either end of its period; the error is within the uncertainty."""
     random = np.random.default_rng(1)
     current = np.sin(2e-3 * np.pi * 7.0 * TICKS) + 0.01 * random.standard_normal(len(TICKS))
     course = moving(experiment(current, set_point_first)).currents
@@ -78,54 +78,54 @@ def test_a_jump_between_two_rows_is_known_as_one() -> None:
 @pytest.mark.parametrize(
     ("ticks", "answer"), [pytest.param(1, "moves", marks=FULL), (EVERY, "held")]
 )
-def test_the_machine_tells_whether_its_current_was_held(ticks: int, answer: str) -> None:
+def test_the_readings_show_whether_the_current_was_held(ticks: int, answer: str) -> None:
     """A controller at 1 kHz and one as slow as the logger leave other traces, to two threads."""
     model = knee_model()
     logs = [thinned(e, EVERY) for e in campaign({}, 3, ticks=ticks)[0]]
-    known = Investigation(logs, [], ordinary(model), [])
-    found = followed(Observer(model, INSTRUMENTS), known, TOLD_APART, jobs=2)
-    assert found.answer == answer
-    assert (found.learn[0].course is None) == (answer == "held")
-    assert any("valve_current" in note for note in found.learn[0].notes)
+    given = Investigation(logs, [], ordinary(model), [])
+    course = followed(Observer(model, INSTRUMENTS), given, TOLD_APART, jobs=2)
+    assert course.answer == answer
+    assert (course.learn[0].course is None) == (answer == "held")
+    assert any("valve_current" in note for note in course.learn[0].notes)
 
 
-@pytest.mark.parametrize("told", ["held", "moves"])
-def test_nobody_asks_who_is_told(told: SetPoints) -> None:
-    """Who knows what the controller did between the rows is believed, and it is noted who said it.
+@pytest.mark.parametrize("stated", ["held", "moves"])
+def test_a_stated_course_of_the_current_is_used(stated: SetPoints) -> None:
+    """The course that the user states is used, with a note, and without a look at the readings.
 
-    The readings are not looked at: these are none.
+    This log has no readings that could show it.
     """
     current = np.sin(2e-3 * np.pi * 7.0 * TICKS)
     log = experiment(current, False)
-    known = Investigation([log], [log], [], candidates(knee_model(), INSTRUMENTS))
-    found = followed(Observer(knee_model(), INSTRUMENTS), known, TOLD_APART, told=told)
-    assert found.answer == told
-    assert found.candidates == known.candidates
-    for e in (*found.learn, *found.check):
-        assert (e.course is None) == (told == "held")
+    given = Investigation([log], [log], [], candidates(knee_model(), INSTRUMENTS))
+    course = followed(Observer(knee_model(), INSTRUMENTS), given, TOLD_APART, told=stated)
+    assert course.answer == stated
+    assert course.candidates == given.candidates
+    for e in (*course.learn, *course.check):
+        assert (e.course is None) == (stated == "held")
         assert any("as you say" in note for note in e.notes)
 
 
 def test_as_fast_as_the_controller_nothing_changes() -> None:
-    """At 1 kHz a current is held from row to row, and nobody asks."""
+    """At 1 kHz a current is held from row to row, and its course is not examined."""
     log = recorded({}, "steps", 1, 0.2)
-    known = Investigation([log], [log], [], [])
-    assert followed(Observer(knee_model(), INSTRUMENTS), known, TOLD_APART) is known
+    given = Investigation([log], [log], [], [])
+    assert followed(Observer(knee_model(), INSTRUMENTS), given, TOLD_APART) is given
 
 
-def test_what_is_said_of_a_fast_log_is_noted_as_needless() -> None:
-    """Who says it of a log at 1 kHz reads that it changed nothing."""
+def test_a_course_stated_for_a_fast_log_is_noted_as_needless() -> None:
+    """At 1 kHz the statement changes nothing, as a note states."""
     log = recorded({}, "steps", 1, 0.2)
-    known = Investigation([log], [log], [], [])
-    found = followed(Observer(knee_model(), INSTRUMENTS), known, TOLD_APART, told="moves")
-    assert found.answer == "held"
-    for e in (*found.learn, *found.check):
+    given = Investigation([log], [log], [], [])
+    course = followed(Observer(knee_model(), INSTRUMENTS), given, TOLD_APART, told="moves")
+    assert course.answer == "held"
+    for e in (*course.learn, *course.check):
         assert e.course is None
         assert "--set-points" in e.notes[-1]
 
 
-def test_what_nobody_understands_is_refused() -> None:
-    """A program that says anything else is told what may be said."""
+def test_an_unknown_course_of_the_current_is_refused() -> None:
+    """The message lists the possible courses."""
     with pytest.raises(UserError, match="held, moves, unknown"):
         session.Question(set_points="sometimes")  # type: ignore[arg-type]
 
@@ -152,7 +152,7 @@ def test_a_dead_time_that_may_be_a_hold_leaves_the_answer_open(
 def test_a_term_on_the_spool_may_be_the_current_between_the_rows(
     verdict: Verdict, after: Verdict
 ) -> None:
-    """It is no unknown effect, alone or beside one that has a name; where rows are all, it is."""
+    """Such a term is not reported as unknown, unless every value of the current has a row."""
     term = Unexplained(SPOOL.name, "rate of the current", "A", (), (), "", 300.0)
     log = experiment(np.sin(TICKS), False)
     for answer in get_args(SetPoints):
@@ -171,14 +171,14 @@ def test_a_term_on_the_spool_may_be_the_current_between_the_rows(
      ("healthy-1", 500, True)],
 )  # fmt: skip
 def test_few_rows_raise_no_false_alarm(name: str, rate: int, held: bool) -> None:
-    """What is there is named, or it is said that nobody can tell; nothing is invented."""
+    """The effect is named, or the verdict is that the data do not decide; no other name appears."""
     result = logged(CASES[name], rate, held)
     assert sort_of(result, CASES[name].effect) in ("right", "open"), result.reason
 
 
 @FULL
-def test_where_the_readings_do_not_tell_it_the_simpler_answer_does() -> None:
-    """Nothing is missing of a healthy axis whose current is held, and it is said on what it rests.
+def test_without_evidence_in_the_readings_the_simpler_course_is_assumed() -> None:
+    """A healthy axis with a held current lacks nothing, and the reason names this assumption.
 
     With a current that moves, its valve would be slow or a dead time be missing.
     """
@@ -191,14 +191,14 @@ def test_where_the_readings_do_not_tell_it_the_simpler_answer_does() -> None:
 
 @FULL
 @pytest.mark.parametrize("number", [530, 548])
-def test_a_current_that_is_held_is_not_told_to_move(number: int) -> None:
-    """Both answers are fitted until they stand; a valve's frequency beside a dead time creeps."""
+def test_a_held_current_is_not_reported_as_moving(number: int) -> None:
+    """Both courses are fitted to convergence, which a frequency and a dead time delay."""
     which = case("none", number, 2.0, BENCHES["axis"])
     model = PlantModel(load([which.bench.config]), CACHE)
     predictor, learn, _, _ = predicting(model, *blind(which))
     assert predictor is not None
-    known = Investigation(learn, [], ordinary(model, tolerances(predictor)), [])
-    assert followed(predictor, known, TOLD_APART).answer != "moves"
+    given = Investigation(learn, [], ordinary(model, tolerances(predictor)), [])
+    assert followed(predictor, given, TOLD_APART).answer != "moves"
 
 
 @FULL
@@ -212,17 +212,17 @@ def test_a_dead_time_of_one_and_a_half_milliseconds_has_a_name(rate: int, held: 
 
 
 @pytest.mark.parametrize(
-    ("answer", "believed", "interval", "told"),
+    ("answer", "assumed", "interval", "note"),
     [("held", True, (1.0, 5.0), "longer"), ("unknown", False, (0.0, 3.0), "shorter"),
      ("held", False, (1.0, 3.0), ""), ("moves", False, (1.0, 3.0), "")],
 )  # fmt: skip
 def test_a_dead_time_whose_current_may_be_held_or_not_has_a_wider_interval(
-    answer: SetPoints, believed: bool, interval: tuple[float, float], told: str
+    answer: SetPoints, assumed: bool, interval: tuple[float, float], note: str
 ) -> None:
-    """By half of five milliseconds less half of one, to none at most; readings may tell it."""
+    """By half of 5 ms less half of 1 ms, but not below 0; readings may determine the course."""
     result = Result("missing_effects", f"missing: {dead_time()}", effects=[dead_time()])
-    doubt_rows(result, answer, [experiment(np.sin(TICKS), False)], believed)
+    doubt_rows(result, answer, [experiment(np.sin(TICKS), False)], assumed)
     assert result.effects[0].interval == pytest.approx([1e-3 * end for end in interval])
     assert str(result.effects[0]) in result.reason
     notes = [note for note in result.notes if "transport_delay is 2 ms" in note]
-    assert [told in note for note in notes] == [True] * bool(told)
+    assert [note in line for line in notes] == [True] * bool(note)

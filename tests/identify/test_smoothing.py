@@ -1,4 +1,4 @@
-"""What a balance lacked at every moment."""
+"""Smoothed estimate of a missing term over time."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ SAMPLES, STATES, CHANNELS, DECAY, VARIANCE = 30, 3, 2, 0.8, 2.5
 
 
 def test_a_term_is_the_conditional_mean_of_all_innovations() -> None:
-    """It is what the joint normal distribution of term and innovations gives, sample by sample."""
+    """The smoother gives the mean of the joint normal distribution of term and innovations."""
     random = np.random.default_rng(7)
     gains = Gains(
         0.2 * random.normal(size=(SAMPLES, STATES, CHANNELS)),
@@ -35,10 +35,10 @@ def test_a_term_is_the_conditional_mean_of_all_innovations() -> None:
             answers[k + 1, :, j] = weights * (gains.whitening[k + 1].T @ reading)
             deviation = jacobians.maps[k] @ deviation + entries.drives[k] * acting
             deviation = deviation - gains.kalman[k + 1] @ reading
-    seen = answers.reshape(-1, SAMPLES)
+    read_by_sample = answers.reshape(-1, SAMPLES)
     lag = np.abs(np.subtract.outer(np.arange(SAMPLES), np.arange(SAMPLES)))
     prior = VARIANCE * DECAY**lag
-    mean = prior @ seen.T @ np.linalg.solve(
-        seen @ prior @ seen.T + np.eye(len(seen)), residual.ravel()
+    mean = prior @ read_by_sample.T @ np.linalg.solve(
+        read_by_sample @ prior @ read_by_sample.T + np.eye(len(read_by_sample)), residual.ravel()
     )  # fmt: skip
     np.testing.assert_allclose(term[:-1], mean[:-1], rtol=1e-8, atol=1e-10)

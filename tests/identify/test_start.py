@@ -1,4 +1,4 @@
-"""The first hundredths of a second of a recording, before which nobody knows what happened."""
+"""The first hundredths of a second of a recording, which depend on an unknown past."""
 
 import numpy as np
 import pytest
@@ -39,7 +39,7 @@ def test_friction_that_falls_with_speed_does_not_upset_the_filter() -> None:
 
 
 def test_the_null_learns_from_what_counts() -> None:
-    """What the first samples say of the null would be lost with them: it is corrected later."""
+    """The first samples do not count; the null is corrected by later ones."""
     model = knee_model()
     observer = Observer(model, INSTRUMENTS)
     data = record(machine(case("none", 0, 0.3)), {}, "multisine", (1, 1), 0.3, False)

@@ -11,7 +11,7 @@ COORDINATES = {c.name: c for c in candidates(knee_model(), INSTRUMENTS)}
 
 
 def test_effects_of_one_stage_and_errors_of_one_sensor_act_at_one_place() -> None:
-    """What acts at the place of the best candidate, or of a named effect, may be its rival."""
+    """A candidate at the place of the best one, or of a named effect, may be its rival."""
 
     def same(one: str, other: str) -> bool:
         return COORDINATES[one].stage == COORDINATES[other].stage
@@ -24,7 +24,7 @@ def test_effects_of_one_stage_and_errors_of_one_sensor_act_at_one_place() -> Non
 
 
 def test_what_is_taken_out_is_remembered_with_the_reason() -> None:
-    """The report says of every name what became of it, and the model goes without it."""
+    """The report states what became of every name, and the model is without it."""
     effect = COORDINATES["supply_pressure.gain_error"]
     fit = Fit([effect], np.ones(1), np.zeros(10), np.ones((10, 1)), 0.0)
     search = Search([], effects=[effect], at=fit.at, final=fit)

@@ -52,7 +52,7 @@ HEADS = ("time [s]", "position [mm]", "load_force [N]")
 def test_separators_and_decimal_commas_are_seen(
     tmp_path: Path, separator: str, comma: bool, words: str
 ) -> None:
-    """Whatever stands between the cells: the same values, and a note says what was assumed."""
+    """Any separator gives the same values, and a note names the assumption."""
     file = tmp_path / "log.txt"
     file.write_text(lines([separator.join(HEADS)], separator, cells(), comma))
     assert f"cells separated by {words}" in read(file)
@@ -67,7 +67,7 @@ def test_blanks_between_cells(tmp_path: Path) -> None:
 
 
 def test_a_plain_table_needs_no_assumption(tmp_path: Path) -> None:
-    """Commas, points, and units in the header: nothing was assumed, so nothing is said."""
+    """Commas, points, and units in the header need no assumption and no note."""
     file = tmp_path / "log.csv"
     file.write_text(lines([",".join(HEADS)], ",", cells()))
     assert read(file) == ()
@@ -101,7 +101,7 @@ def test_what_stands_above_the_header_is_left_out(tmp_path: Path) -> None:
 
 
 def test_columns_without_a_header_are_named_by_the_user(tmp_path: Path) -> None:
-    """Without names there is one message that says how to give them; with them all is well."""
+    """Without names there is one message with the option that states them."""
     file = tmp_path / "log.csv"
     file.write_text(lines([], ",", cells()))
     with pytest.raises(UserError, match=r'has no header.*--columns "time \[s\]'):

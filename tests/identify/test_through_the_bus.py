@@ -126,8 +126,8 @@ def test_delays_friction_and_sensors_are_named_too(
 ) -> None:
     """Even a delay of one and a half samples: the reader keeps the order of the loop."""
     result = examined(tmp_path, hidden, 2.0)
-    found = {e["name"]: e["value"] for e in result["effects"]}  # type: ignore[attr-defined]
-    assert found[name] == pytest.approx(value, rel=0.1)
+    values = {e["name"]: e["value"] for e in result["effects"]}  # type: ignore[attr-defined]
+    assert values[name] == pytest.approx(value, rel=0.1)
 
 
 @pytest.mark.full(sibling="test_an_effect_in_the_emulator_is_named_from_captures")

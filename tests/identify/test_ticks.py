@@ -45,7 +45,7 @@ def with_leakage(model: PlantModel) -> Array:
 
 def course(model: PlantModel, tick: Tick) -> Array:
     """Return states, and what sensors see, along a run in which the rod moves to and fro."""
-    seen = np.unique(wiring(model.signal_names)[:, [0, 2]]).astype(np.int64)
+    wired = np.unique(wiring(model.signal_names)[:, [0, 2]]).astype(np.int64)
     state = model.start(model.par, STEP, None)
     past, inputs = np.full(model.remembered[0], np.nan), np.zeros(INPUT_COUNT)
     signals, path = np.zeros(len(model.signal_names)), np.zeros((STEPS, len(CHANNELS)))
@@ -54,7 +54,7 @@ def course(model: PlantModel, tick: Tick) -> Array:
     for k in range(300):
         inputs[0] = 8e-3 if k % 100 < 50 else -8e-3
         tick(state, past, model.par, inputs, signals, path, STEP, STEPS)
-        rows.append(np.concatenate([state, signals[seen], path.ravel()]))
+        rows.append(np.concatenate([state, signals[wired], path.ravel()]))
     return np.array(rows)
 
 
@@ -65,9 +65,9 @@ def test_code_for_what_acts_computes_the_same(
     kept = Ticks(model.kernel, tmp_path)
     with monkeypatch.context() as patched:
         at_once(patched)
-        own = kept.at(model.par, 1)
-    assert own is not kept.whole
-    np.testing.assert_array_equal(course(model, own), course(model, kept.whole))
+        compiled = kept.at(model.par, 1)
+    assert compiled is not kept.whole
+    np.testing.assert_array_equal(course(model, compiled), course(model, kept.whole))
     again = Ticks(model.kernel, tmp_path)
     assert again.at(model.par, ticks.WORTH_LOADING) is not again.whole
 
@@ -75,9 +75,9 @@ def test_code_for_what_acts_computes_the_same(
 def test_probes_act_where_code_knows_only_what_acts(
     model: PlantModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What a term adds is the same, whatever code was compiled before; where steps jump as well.
+    """A term adds the same with any code that was compiled before, also if steps jump.
 
-    There runs tell it, in which a probe acts and nothing else that the configuration lacks.
+    Runs with a probe and the configured effects only show it.
     """
     experiment, added = recorded({}, "steps", 3), []
     for worth in (ticks.WORTH_COMPILING, 1):
@@ -96,24 +96,24 @@ def test_probes_act_where_code_knows_only_what_acts(
 def test_loops_serve_every_model(model: PlantModel) -> None:
     """A model with other effects, such as one's own, compiles its functions, but no loop again."""
     sensors = tuple(effect for effect in CATALOGUE if effect.stage in SAMPLED)
-    other, known = bind(probed(sensors, CACHE), CACHE), model.loops
-    assert other.rate is not known.rate
-    loops = [name for name, loop in vars(known).items() if isinstance(loop, Dispatcher)]
+    other, loops_before = bind(probed(sensors, CACHE), CACHE), model.loops
+    assert other.rate is not loops_before.rate
+    loops = [name for name, loop in vars(loops_before).items() if isinstance(loop, Dispatcher)]
     assert "predict" in loops
-    assert all(getattr(other, name) is getattr(known, name) for name in loops)
+    assert all(getattr(other, name) is getattr(loops_before, name) for name in loops)
 
 
 @pytest.mark.slow
 def test_code_is_loaded_only_for_many_steps(
     model: PlantModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What the cache holds is not loaded for few steps, in whose place other code serves."""
+    """Cached code is not loaded for few steps, which other code can do."""
     kept = Ticks(model.kernel, tmp_path)
     leaking = with_leakage(model)
     with monkeypatch.context() as patched:
         at_once(patched)
-        known = kept.at(model.par, 1), kept.at(leaking, 1)
-    assert known[0] is not known[1]
+        first = kept.at(model.par, 1), kept.at(leaking, 1)
+    assert first[0] is not first[1]
     again = Ticks(model.kernel, tmp_path)
     assert again.at(model.par, 1) is again.whole
     leaks = again.at(leaking, ticks.WORTH_LOADING)
@@ -148,7 +148,7 @@ def test_an_effect_that_acts_is_known(
 def test_code_takes_the_steps_without_its_effects_as_well(
     model: PlantModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What was done without an effect speaks for code that knows it, once that acts as well."""
+    """Steps without an effect count for code with this effect, once the effect acts as well."""
     kept = Ticks(model.kernel, tmp_path)
     leaking = with_leakage(model)
     at_once(monkeypatch, 100)

@@ -113,11 +113,11 @@ def test_a_filter_knows_how_its_machine_moves_on(every: int, median: float, most
             other = z.copy()
             other[names.index(name)] += by
             change = (moved.after(other, current) - base)[chosen] / by / scale
-            told = frozen.jacobians.maps[k][chosen, names.index(name)] / scale
-            off.append(np.linalg.norm(told - change) / np.linalg.norm(change))
+            computed = frozen.jacobians.maps[k][chosen, names.index(name)] / scale
+            off.append(np.linalg.norm(computed - change) / np.linalg.norm(change))
         change = moved.after(z, current, observer.model.probes[leak], 1e-8) - base
-        change, told = change[chosen] / 1e-8 / scale, entries.drives[k][chosen, leak] / scale
-        off.append(np.linalg.norm(told - change) / np.linalg.norm(change))
+        change, computed = change[chosen] / 1e-8 / scale, entries.drives[k][chosen, leak] / scale
+        off.append(np.linalg.norm(computed - change) / np.linalg.norm(change))
     assert len(off) > 20
     assert np.median(off) < median
     assert np.quantile(off, 0.9) < most
@@ -137,12 +137,12 @@ def test_while_a_rod_creeps_friction_counts_by_its_secant() -> None:
         z, current = frozen.predicted[k].astype(float), float(e.current[k])
         if abs(z[column]) > SLIP / 2.0:
             continue
-        told = frozen.jacobians.maps[k][column, column]
+        computed = frozen.jacobians.maps[k][column, column]
         for width, off in ((SLIP, secants), (SLIP / 100.0, tangents)):
             other = z.copy()
             other[column] += width
             change = (moved.after(other, current) - moved.after(z, current))[column] / width
-            off.append(abs(told - change))
+            off.append(abs(computed - change))
     assert len(secants) >= 5
     assert np.median(secants) < 0.2 * np.median(tangents)
 
@@ -173,7 +173,7 @@ def test_where_a_chamber_empties_each_change_is_tried() -> None:
             other = z.copy()
             other[column] += width
             change = (moved.after(other, current) - base)[chambers] / width
-            told = frozen.jacobians.maps[k][chambers, column]
-            off.append(np.linalg.norm(told - change) / max(np.linalg.norm(change), 0.1))
+            computed = frozen.jacobians.maps[k][chambers, column]
+            off.append(np.linalg.norm(computed - change) / max(np.linalg.norm(change), 0.1))
     assert np.median(off) < 8e-4
     assert np.quantile(off, 0.9) < 0.02

@@ -1,4 +1,4 @@
-"""A channel in another unit than its heading says is named where something else tells."""
+"""A channel in a unit other than that of its heading is named if another channel shows it."""
 
 from dataclasses import replace
 
@@ -9,7 +9,7 @@ from hil_emulator.identify.measured.experiment import Experiment
 from tests.identify.rig_data import knee_model, recorded
 
 
-def said(e: Experiment) -> str:
+def message(e: Experiment) -> str:
     """Return what contradicts."""
     return "; ".join(contradictions([e], knee_model().plant_values))
 
@@ -36,17 +36,17 @@ PRESSURES = ("pressure_a", "pressure_b", "supply_pressure")
 ])  # fmt: skip
 def test_the_likely_mistake_is_named(factor: float, names: tuple[str, ...], words: str) -> None:
     """Forces against pressures, pressures against the supply, position against the stroke."""
-    assert words in said(scaled(factor, *names))
+    assert words in message(scaled(factor, *names))
 
 
 def test_a_set_point_in_other_units_is_refused() -> None:
     """Current against the speed that it causes, and against what the valve takes."""
     e = recorded({}, "multisine", 1)
     for factor in (1e-3, 1e3):
-        assert "valve_current" in said(replace(e, current=factor * e.current))
+        assert "valve_current" in message(replace(e, current=factor * e.current))
 
 
-def test_nothing_is_said_where_nothing_tells() -> None:
+def test_without_evidence_there_is_no_message() -> None:
     """Sound data; and a position ten times too small is a motion like any other."""
-    assert said(scaled(1.0)) == ""
-    assert said(scaled(0.1, "position")) == ""
+    assert message(scaled(1.0)) == ""
+    assert message(scaled(0.1, "position")) == ""

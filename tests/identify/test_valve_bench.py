@@ -42,9 +42,9 @@ def blocked(
         table[k] = readings.reading
         plant.command({"valve_current": value})
         plant.step(50)
-    found = {n: table[:, readings.names.index(n)].copy() for n in (*CHANNELS, "spool_position")}
-    found["spool_position"] += random.normal(0.0, 1e-5, len(time))
-    return Experiment(f"{kind}-{seed}", PERIOD, current, found)
+    measured = {n: table[:, readings.names.index(n)].copy() for n in (*CHANNELS, "spool_position")}
+    measured["spool_position"] += random.normal(0.0, 1e-5, len(time))
+    return Experiment(f"{kind}-{seed}", PERIOD, current, measured)
 
 
 def only(e: Experiment, *channels: str) -> Experiment:
@@ -52,23 +52,23 @@ def only(e: Experiment, *channels: str) -> Experiment:
     return replace(e, readings={n: v for n, v in e.readings.items() if n in channels})
 
 
-def test_closed_chambers_are_told_from_a_rod_that_moves_unseen() -> None:
+def test_closed_chambers_are_distinguished_from_a_rod_without_position() -> None:
     """Pressures of blocked ports follow the valve's flow; those of a moving rod do not."""
     model = knee_model()
     for kind in ("multisine", "steps"):
-        found, why = bench(model, [only(blocked({}, kind, 1), *CHANNELS)])
-        assert isinstance(found, ValveBench), why
+        predictor, why = bench(model, [only(blocked({}, kind, 1), *CHANNELS)])
+        assert isinstance(predictor, ValveBench), why
         moving = recorded({}, kind, 1)
-        found, why = bench(model, [only(moving, *CHANNELS)])
-        assert found is None
+        predictor, why = bench(model, [only(moving, *CHANNELS)])
+        assert predictor is None
         assert "nor does pressure_a follow the valve" in why
 
 
 def test_a_dead_band_does_not_open_closed_chambers() -> None:
     """Of a current that hardly leaves the dead band a seventh of the usual flow is left."""
     rows = only(blocked({"overlap_lap": 1e-4}, "multisine", 1), *CHANNELS)
-    found, why = bench(knee_model(), [rows])
-    assert isinstance(found, ValveBench), why
+    predictor, why = bench(knee_model(), [rows])
+    assert isinstance(predictor, ValveBench), why
 
 
 @pytest.mark.parametrize("opening", [-1e-4, 0.0, 1e-6, 1e-4, 5e-3])
@@ -78,11 +78,11 @@ def test_whole_recordings_pass_the_edges_of_the_model(opening: float, drop: floa
     plant = knee_model().plant_values
     valve = SimpleNamespace(**plant)
     law = edge_flow(valve, SimpleNamespace(transition=transition(valve, 1.0)), opening, drop)
-    found = through_edge(np.array([opening]), np.array([drop]), plant)
-    assert found[0] == pytest.approx(law, rel=1e-9)
+    flow = through_edge(np.array([opening]), np.array([drop]), plant)
+    assert flow[0] == pytest.approx(law, rel=1e-9)
 
 
-def test_it_says_which_balances_it_examines() -> None:
+def test_the_note_lists_the_examined_balances() -> None:
     """Spool alone; with pressures the flows, too; never a force."""
     model = knee_model()
     spool, _ = bench(model, [only(blocked({}, "steps", 1), "spool_position")])
@@ -97,7 +97,7 @@ def test_it_says_which_balances_it_examines() -> None:
 
 
 def test_neither_pressures_nor_spool_is_too_little() -> None:
-    """A current and the supply alone say nothing of a valve."""
+    """A current and the supply alone show nothing of a valve."""
     result = identify(knee(), [only(blocked({}, "steps", 1), "supply_pressure")], cache=CACHE)
     assert result.verdict == "cannot_examine"
     assert "no valve_current with the spool's position or with chamber pressures" in result.reason

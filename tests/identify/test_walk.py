@@ -78,8 +78,8 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[str], dict[str, 
     *logs, held = (written(folder, recorded(HIDDEN, *drive, duration=1.0)) for drive in drives)
 
     def identify() -> None:
-        found = identification.examined(ActuatorModel("knee", knee()), logs, [held], ASKED)
-        texts = identification.findings(found.result, [KNEE])
+        identified = identification.examined(ActuatorModel("knee", knee()), logs, [held], ASKED)
+        texts = identification.findings(identified.result, [KNEE])
         write_texts({folder / name: text for name, text in texts.items()})
 
     files = entered(identify)
@@ -87,7 +87,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[str], dict[str, 
 
 
 def test_the_walk_is_short() -> None:
-    """It leads through files that are there, each once, and no more than a newcomer reads."""
+    """The walk names existing files, each once, and few."""
     assert all((ROOM / file).is_file() for file in WALK)
     assert 0 < len(set(WALK)) == len(WALK) <= MOST
 
@@ -100,7 +100,7 @@ def test_the_walk_is_in_the_order_of_a_run(run: tuple[list[str], dict[str, Any]]
 
 
 def test_the_walk_ends_with_the_result(run: tuple[list[str], dict[str, Any]]) -> None:
-    """What was hidden is named, and the file entered last holds what is written of it."""
+    """The hidden effect is named, and the last file of the walk holds the result."""
     files, result = run
     assert [effect["name"] for effect in result["effects"]] == ["hysteresis"]
     beside_pictures = [file for file in files if not file.startswith("reporting/")]
@@ -124,8 +124,8 @@ def test_each_folder_of_the_page_is_there() -> None:
     assert described == there - {"selection"}
 
 
-def test_all_of_selection_is_told_by_what_it_does() -> None:
-    """Who looks for what is proposed, compared and decided finds each file once, and few."""
+def test_the_walk_describes_every_file_of_selection() -> None:
+    """The list of proposing, comparing and deciding has each file once, and few files."""
     files = [f.name for f in (ROOM / "selection").glob("*.py") if f.name != "__init__.py"]
     assert sorted(SELECTION) == sorted(files)
     assert len(files) <= MOST_OF_SELECTION

@@ -122,7 +122,7 @@ def test_a_solenoid_of_more_amperes_than_nanoamperes_carry_has_coarser_digits(
         (["--valve", "moog"], "--valve: there is no 'moog'; there are moog_e024,"),
         (["--supply-pressure", "360 bar"], "takes at most 350 bar; choose another valve, or less"),
         (["--pump", "petrol"], "--pump: there is no 'petrol'; there are ideal, fixed, variable"),
-        (["--pump-flow", "9 l/min"], "--pump-flow: means nothing here, see --pump"),
+        (["--pump-flow", "9 l/min"], "--pump-flow: does not apply here, see --pump"),
         (["--pump", "fixed", "--precharge", "9 bar"], "see --pump and --accumulator"),
         (["--pump", "fixed", "--accumulator", "1 l", "--precharge", "250 bar"], "is below the su"),
         (["--weight", "40 kN"], "lifts no more than 26.3894 kN; take a larger bore"),

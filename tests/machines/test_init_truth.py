@@ -108,7 +108,7 @@ def test_a_slope_stands_for_the_weight(tmp_path: Path) -> None:
     given = RIG | {"slope": "30 deg"}
     assert 'slope = "30 deg"                    # as you gave it' in text_of(given)[1]
     assert loaded(tmp_path, given).plant["gravity_force"] == pytest.approx(2451.7, abs=0.1)
-    with pytest.raises(UserError, match=r"--weight: means nothing here, see --slope"):
+    with pytest.raises(UserError, match=r"--weight: does not apply here, see --slope"):
         text_of(given | {"weight": "3 kN"})
     with pytest.raises(UserError, match=r"--slope: the cylinder lifts no more than 65.4"):
         text_of(given | {"mass": "50 t"})

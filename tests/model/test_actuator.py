@@ -1,4 +1,4 @@
-"""What the valve-controlled cylinder does, against closed forms."""
+"""The behaviour of the valve-controlled cylinder, against closed forms."""
 
 import itertools
 import math
@@ -136,10 +136,10 @@ def test_pressure_b_jumps_when_the_motion_reverses(make_plant: MakePlant) -> Non
         "load_mass": 2.0,
         "tank_pressure": 0.0,
     }
-    found = []
+    pressures = []
     for current, start in ((2e-3, 0.02), (-2e-3, 0.06)):
         plant = make_plant(machine(**free, initial_position=start))
         plant.inputs.valve_current = current
         plant.step(round(0.12 / STEP))
-        found += [plant.signals.pressure_a, plant.signals.pressure_b]
-    assert found == pytest.approx([29.5e5, 48.5e5, 79.5e5, 130.5e5], rel=5e-3)
+        pressures += [plant.signals.pressure_a, plant.signals.pressure_b]
+    assert pressures == pytest.approx([29.5e5, 48.5e5, 79.5e5, 130.5e5], rel=5e-3)

@@ -26,7 +26,7 @@ def test_records_are_the_memory_itself() -> None:
 
 
 def test_the_memory_stays_as_long_as_its_records() -> None:
-    """An array that nobody else holds is not given back while records of it are read."""
+    """An array without another reference is not freed while records of it are read."""
 
     @numba.njit
     def total(size: int) -> float:

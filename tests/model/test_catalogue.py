@@ -1,4 +1,4 @@
-"""What is true of every effect in the catalogue, whatever it does."""
+"""Properties that every effect of the catalogue has."""
 
 import ast
 import math
@@ -44,7 +44,7 @@ WEAKER: Mapping[str, tuple[float, float]] = {
 """Shares of the typical strength at which an effect has faded, where a quarter is still strong."""
 
 
-BESIDE = frozenset(
+NOT_COMPARED = frozenset(
     {
         "gas_pressure",
         "pump_flow",
@@ -56,7 +56,7 @@ BESIDE = frozenset(
         "efficiency",
     }
 )
-"""Signals that tell about the model or the pump: a pump of any size fades at the valve alone."""
+"""Signals of the model or the pump: the size of a pump shows as an effect at the valve only."""
 
 
 EXCEPT = {
@@ -86,8 +86,8 @@ def knob_of(effect: Effect) -> str:
 
 def run(model: kernel.Kernel, values: Mapping[str, float], ticks: int, steps: int) -> np.ndarray:
     """Drive the machine out into the stop, back, and let it cavitate; signals of every tick."""
-    known = {n: v for n, v in values.items() if n in model.parameters.names}
-    plant = Plant(model, known, STEP)
+    parameters = {n: v for n, v in values.items() if n in model.parameters.names}
+    plant = Plant(model, parameters, STEP)
     rows = []
     for i in range(ticks):
         part = i / ticks
@@ -107,20 +107,20 @@ def strength(effect: Effect, share: float) -> float:
 
 @pytest.mark.parametrize("effect", PLANT, ids=lambda e: e.name)
 def test_off_is_bit_identical_to_absent(effect: Effect) -> None:
-    """A model that does not know the effect computes the same bits as one that has it off."""
-    knowing = run(kernel.build(compiled=False), scene(effect), ticks=6, steps=2)
+    """A model without the effect computes the same bits as one in which it is off."""
+    with_it = run(kernel.build(compiled=False), scene(effect), ticks=6, steps=2)
     others = tuple(e for e in CATALOGUE if e is not effect)
-    ignorant = run(kernel.build(others, compiled=False), scene(effect), ticks=6, steps=2)
-    assert np.array_equal(knowing, ignorant)
+    without = run(kernel.build(others, compiled=False), scene(effect), ticks=6, steps=2)
+    assert np.array_equal(with_it, without)
 
 
 @pytest.mark.parametrize("effect", PLANT, ids=lambda e: e.name)
 def test_typical_is_visible_and_fades_towards_off(effect: Effect, model: kernel.Kernel) -> None:
-    """At its typical strength an effect shows in a signal; at half and a quarter ever less."""
-    seen = [n not in BESIDE for n in model.signals.names]
-    without = run(model, scene(effect), ticks=150, steps=50)[:, seen]
+    """At its typical strength an effect changes a signal; at half and a quarter it does so less."""
+    kept = [n not in NOT_COMPARED for n in model.signals.names]
+    without = run(model, scene(effect), ticks=150, steps=50)[:, kept]
     runs = [
-        run(model, scene(effect, **{knob_of(effect): strength(effect, share)}), 150, 50)[:, seen]
+        run(model, scene(effect, **{knob_of(effect): strength(effect, share)}), 150, 50)[:, kept]
         for share in (1.0, *WEAKER.get(effect.name, (0.5, 0.25)))
     ]
     assert np.all(np.isfinite(runs))
@@ -137,7 +137,7 @@ def readings(model: kernel.Kernel, values: Mapping[str, float]) -> np.ndarray:
     """Let every channel show the same run, with a hidden transverse force."""
     plant = Plant(model, machine(), STEP)
     names = model.channel.names
-    # an estimator of velocity has no business on another channel
+    # an estimator of velocity applies to its own channel only
     where = ("velocity",) if "velocity_estimator_window" in values else ("position", "velocity")
     channels = {n: {f: v for f, v in values.items() if f in names} for n in where}
     sensors = Sensors(model, channels, TICK, np.random.default_rng(1))
@@ -152,7 +152,7 @@ def readings(model: kernel.Kernel, values: Mapping[str, float]) -> np.ndarray:
 
 @pytest.mark.parametrize("effect", CHAIN, ids=lambda e: e.name)
 def test_sensor_effects_vanish_at_off_show_and_fade(effect: Effect, model: kernel.Kernel) -> None:
-    """Off leaves the reading alone bit by bit; typical shows; a quarter shows less."""
+    """Off leaves the reading unchanged to the bit; typical changes it; a quarter does so less."""
     clean = readings(model, {})
     assert np.array_equal(clean, readings(model, {knob_of(effect): effect.off}))
     if effect.name == "measuring_range":
@@ -190,10 +190,10 @@ def test_the_catalogue_is_large_and_its_names_are_single() -> None:
 
 
 def test_every_effect_has_a_test_of_its_physics() -> None:
-    """A test named `test_<effect>_...` beside this file holds its law against an outer truth.
+    """A test named `test_<effect>_...` in this folder compares its law with a reference.
 
-    This guards the catalogue: the tests above ask of every effect what all have in common, and an
-    effect with a wrong equation would pass them.
+    The tests above check what all effects have in common: an effect with a wrong equation would
+    pass them.
     """
     tests = {
         node.name

@@ -1,4 +1,4 @@
-"""Machine code in files that something has damaged."""
+"""Machine code in damaged files."""
 
 import errno
 import os
@@ -27,7 +27,7 @@ def start(file: Path) -> Any:
     return function
 
 
-def compiled_anew(file: Path) -> bool:
+def recompiled(file: Path) -> bool:
     """Return whether the function had to be compiled."""
     return bool(sum(start(file).stats.cache_misses.values()))
 
@@ -39,14 +39,14 @@ def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "module.py").write_text(SOURCE)
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(numba.core.config, "CACHE_DIR", "")
-        assert compiled_anew(folder / "module.py")
-        assert not compiled_anew(folder / "module.py")
+        assert recompiled(folder / "module.py")
+        assert not recompiled(folder / "module.py")
     return folder
 
 
 @pytest.fixture
 def module(filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return a module with machine code beside it, to be damaged."""
+    """Return a module with its machine code in the same folder, to be damaged."""
     monkeypatch.setattr(numba.core.config, "CACHE_DIR", "")
     shutil.copytree(filled, tmp_path / "kernels")
     return tmp_path / "kernels" / "module.py"
@@ -86,34 +86,34 @@ def test_damaged_files_are_replaced(
     """The function is compiled once more, and loaded from then on."""
     file = kept(module, ending)
     file.write_bytes(damage(file.read_bytes()))
-    assert [compiled_anew(module), compiled_anew(module)] == [True, False]
+    assert [recompiled(module), recompiled(module)] == [True, False]
 
 
 @pytest.mark.parametrize("ending", ["nbi", "nbc", "sha256"])
 def test_a_missing_file_or_a_folder_in_its_place_is_replaced(module: Path, ending: str) -> None:
-    """As if nothing had been compiled before."""
+    """The function is compiled as for the first time."""
     file = kept(module, ending)
     file.unlink()
-    assert [compiled_anew(module), compiled_anew(module)] == [True, False]
+    assert [recompiled(module), recompiled(module)] == [True, False]
     file.unlink()
     file.mkdir()
     (file / "something").touch()
-    assert [compiled_anew(module), compiled_anew(module)] == [True, False]
+    assert [recompiled(module), recompiled(module)] == [True, False]
 
 
 def test_code_that_cannot_be_unpickled_is_replaced(module: Path) -> None:
-    """What it refers to may no longer exist, although it is what was written."""
+    """An intact file may refer to objects that no longer exist."""
     cache = start(module)._cache
     kept(module, "nbc").write_bytes(b"cno_such_module\nname\n.")
     kept(module, "sha256").write_text(cache._digest())
-    assert [compiled_anew(module), compiled_anew(module)] == [True, False]
+    assert [recompiled(module), recompiled(module)] == [True, False]
 
 
 def test_damaged_files_that_stay_do_no_harm(module: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Files of another user in a shared folder, say: the function is compiled each time."""
+    """The function is compiled each time, as with files of another user in a shared folder."""
     kept(module, "nbi").write_bytes(b"\x80")
     monkeypatch.setattr(Path, "unlink", refusal)
-    assert [compiled_anew(module), compiled_anew(module)] == [True, True]
+    assert [recompiled(module), recompiled(module)] == [True, True]
 
 
 def refusal(*_: object) -> None:
@@ -131,7 +131,7 @@ def test_a_full_disk_leaves_no_machine_code(
         monkeypatch.setattr(numba.core.caching.IndexDataCacheFile, "_save_data", refusal)
     else:
         monkeypatch.setattr(checked_cache, "write_whole", refusal)
-    assert [compiled_anew(module), compiled_anew(module)] == [True, True]
+    assert [recompiled(module), recompiled(module)] == [True, True]
     assert {file.suffix for file in (module.parent / "__pycache__").iterdir()} == {".lock"}
 
 
@@ -141,13 +141,13 @@ def test_without_a_folder_to_write_in_nothing_is_kept(
     """The function is compiled for this process alone, also where its lock is a folder."""
     kept(module, "lock").unlink()
     (module.parent / "__pycache__" / kept(module, "nbi").with_suffix(".lock").name).mkdir()
-    assert not compiled_anew(module)
+    assert not recompiled(module)
     monkeypatch.setattr(numba.core.caching._CacheLocator, "ensure_cache_path", refusal)
-    assert [compiled_anew(module), compiled_anew(module)] == [True, True]
+    assert [recompiled(module), recompiled(module)] == [True, True]
 
 
 def test_a_damaged_module_is_written_again(tmp_path: Path) -> None:
-    """It is kept as it should be, or not at all where something else is in its place."""
+    """It is written as it should be, or not at all where something else is in its place."""
     file = keep(SOURCE, tmp_path)
     assert file
     for damage in DAMAGES.values():

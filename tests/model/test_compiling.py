@@ -17,7 +17,7 @@ Vector = np.ndarray[Any, np.dtype[np.float64]]
 
 
 def add_up(values: Vector) -> float:
-    """Return a sum of twelve: whether rounds of an unknown number are laid out hangs on the CPU."""
+    """Return a sum of twelve: unrolling a loop of unknown length depends on the CPU."""
     total = 0.0
     for i in range(12):
         total += values[i] * values[i]
@@ -83,7 +83,7 @@ def _rolled(values: Vector) -> Any:
 
 @pytest.mark.parametrize("decorator", [inlined, allocating, merged, noinline])
 def test_an_inner_function_serves_many(decorator: Any) -> None:
-    """Each function that calls it has it, and complains with its words."""
+    """Each function that calls it contains it and raises its message."""
 
     @decorator()
     def root(x: float) -> float:
@@ -130,7 +130,7 @@ except ValueError as error:
 def test_processes_that_start_at_once_compile_once(tmp_path: Path) -> None:
     """On an empty cache one of three compiles; the others load its code, inner functions and all.
 
-    The code computes and complains alike in all of them.
+    The code returns and raises the same in all of them.
     """
     file = tmp_path / "kept.py"
     file.write_text(KEPT)

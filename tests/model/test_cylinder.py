@@ -90,7 +90,7 @@ def test_cushion_brakes_on_the_way_in_alone(make_plant: MakePlant) -> None:
     assert plant.signals.velocity == pytest.approx(-0.2, rel=1e-6)
 
 
-def test_rod_mass_is_what_the_load_cell_does_not_see(make_plant: MakePlant) -> None:
+def test_rod_mass_is_not_in_the_load_cell_reading(make_plant: MakePlant) -> None:
     """f_h = f + m_p a while friction is off; the cell carries the load's share alone."""
     plant = make_plant(bare(rod_mass_mass=5.0))
     plant.inputs.valve_current = 2e-3
@@ -122,9 +122,9 @@ def test_stribeck_friction_is_an_excess_that_fades_with_speed(make_plant: MakePl
     """S1 Fig. 3.8: breakaway 200 N = 100 N + 100 N; the excess falls to 1/e at C_s."""
     plant = make_plant(bare(coulomb_friction_force=100.0, stribeck_friction_excess=100.0))
     speeds = np.array([-0.02, 0.02, 0.2])
-    found = [friction_at(plant, v) for v in speeds]
-    assert found[:2] == pytest.approx([-100 - 100 / math.e, 100 + 100 / math.e], rel=1e-6)
-    assert found[2] == pytest.approx(100.0, rel=1e-3)
+    forces = [friction_at(plant, v) for v in speeds]
+    assert forces[:2] == pytest.approx([-100 - 100 / math.e, 100 + 100 / math.e], rel=1e-6)
+    assert forces[2] == pytest.approx(100.0, rel=1e-3)
     peak = max(friction_at(plant, v) for v in np.geomspace(1e-4, 1e-2, 50))
     assert 170.0 < peak < 200.0
 
@@ -226,12 +226,12 @@ def test_friction_asymmetry_is_the_ratio_of_both_directions(make_plant: MakePlan
 
 def test_position_friction_is_higher_at_the_ends(make_plant: MakePlant) -> None:
     """Mid-stroke is neutral, both ends have 1 + k, a quarter of the stroke 1 + k/4."""
-    found = []
+    ratios = []
     for position in (0.0, 0.02, 0.04, 0.08):
         plant = make_plant(bare(viscous_friction_coefficient=1000.0, position_friction_rise=0.2,
                                 initial_position=position))  # fmt: skip
-        found.append(friction_at(plant, 0.1) / 100.0)
-    assert found == pytest.approx([1.2, 1.05, 1.0, 1.2], rel=1e-9)
+        ratios.append(friction_at(plant, 0.1) / 100.0)
+    assert ratios == pytest.approx([1.2, 1.05, 1.0, 1.2], rel=1e-9)
 
 
 def test_friction_along_stroke_follows_its_table(make_plant: MakePlant) -> None:
@@ -261,9 +261,7 @@ def gap_loss(flow: float, entered: float) -> float:
 
 
 @pytest.mark.parametrize("extends", [True, False])
-def test_cushion_plunger_brakes_as_its_three_balances_say(
-    extends: bool, make_plant: MakePlant
-) -> None:
+def test_cushion_plunger_follows_its_three_balances(extends: bool, make_plant: MakePlant) -> None:
     """Speed and peak pressure of a rod that runs into it are those of Radau, at either end."""
     area = 0.7 * 2.0106e-4 * (0.61 if extends else 1.0)
     plant = make_plant(pond(**PLUNGER) | {"load_mass": 50.0, "initial_position": 0.04})
@@ -272,7 +270,7 @@ def test_cushion_plunger_brakes_as_its_three_balances_say(
     end = "cushion_pressure_b" if extends else "cushion_pressure_a"
     plant.step(0)
     before = float(plant.signals[end])
-    seen, speed = record(plant, 1500, end, "velocity")
+    pressure, speed = record(plant, 1500, end, "velocity")
 
     def rates(_: float, state: np.ndarray) -> list[float]:
         left, v, excess = state
@@ -285,8 +283,8 @@ def test_cushion_plunger_brakes_as_its_three_balances_say(
     exact = solve_ivp(rates, (0.0, times[-1]), [10e-3, 0.5, 0.0], "Radau", times, rtol=1e-8,
                       atol=[1e-12, 1e-10, 1.0])  # fmt: skip
     assert exact.y[2].max() > 100e5
-    assert seen.max() - before == pytest.approx(exact.y[2].max(), rel=1e-3)
-    assert np.abs(seen - before - exact.y[2]).max() < 2e-3 * exact.y[2].max()
+    assert pressure.max() - before == pytest.approx(exact.y[2].max(), rel=1e-3)
+    assert np.abs(pressure - before - exact.y[2]).max() < 2e-3 * exact.y[2].max()
     assert np.abs(np.abs(speed) - np.abs(exact.y[1])).max() < 1e-3 * 0.5
 
 

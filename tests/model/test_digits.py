@@ -1,4 +1,4 @@
-"""Readings as digits: the same numbers as the dictionary's own rounding gives."""
+"""Readings as digits: the same numbers as from the rounding of the object dictionary."""
 
 import math
 
@@ -36,11 +36,11 @@ def test_a_word_has_its_least_significant_byte_first() -> None:
 
 
 def test_model_and_device_mean_the_same_by_count_and_time() -> None:
-    """Neither knows the other, so that their words for it are compared here."""
+    """Neither imports the other, so that their names for it are compared here."""
     assert (packed_tpdos.COUNT, packed_tpdos.TIME) == (digits.COUNT, digits.TIME)
 
 
-def test_each_state_of_the_ranges_has_a_number_of_its_own() -> None:
+def test_each_state_of_the_ranges_has_a_different_number() -> None:
     """0 where no channel is at an end of its range."""
     states = [(a, b, c) for a in (-1, 0, 1) for b in (-1, 0, 1) for c in (-1, 0, 1)]
     codes = [digits.range_code(np.array(state)) for state in states]

@@ -25,24 +25,24 @@ def readings(
     sensors = Sensors(model, {"pressure_a": values}, PERIOD, np.random.default_rng(1))
     at, source = sensors.names.index("pressure_a"), model.signals.names.index("pressure_a")
     signals, path = zeros(model.signals), np.zeros((steps, len(sensors.names)))
-    found = np.empty(ticks)
+    shown = np.empty(ticks)
     signals[source] = path[:, at] = course(np.zeros(1))[0]
     sensors.sample(signals, path)
     for k in range(ticks):
         path[:, at] = course(PERIOD * (k + np.arange(1, steps + 1) / steps))
         signals[source] = path[-1, at]
         sensors.sample(signals, path)
-        found[k] = sensors.reading[at]
-    return found
+        shown[k] = sensors.reading[at]
+    return shown
 
 
 def response(model: Kernel, frequency: float, **values: float) -> complex:
     """Return the ratio of reading to quantity for a sine, once it is steady."""
     omega, ticks = 2.0 * math.pi * frequency, 1000
-    found = readings(model, lambda t: np.sin(omega * t), 2 * ticks, **values)[ticks:]
+    shown = readings(model, lambda t: np.sin(omega * t), 2 * ticks, **values)[ticks:]
     phase = omega * PERIOD * np.arange(ticks + 1, 2 * ticks + 1)
     sine, cosine = np.linalg.lstsq(
-        np.column_stack([np.sin(phase), np.cos(phase)]), found, rcond=None
+        np.column_stack([np.sin(phase), np.cos(phase)]), shown, rcond=None
     )[0]
     return complex(sine, cosine)
 
@@ -51,16 +51,16 @@ def response(model: Kernel, frequency: float, **values: float) -> complex:
 @pytest.mark.parametrize("tau", [2e-6, 2e-4, 5e-4, 5e-3])
 def test_lag_is_late_by_its_time_constant_on_a_ramp(tau: float, steps: int, model: Kernel) -> None:
     """The steady answer of 1/(1 + tau s) to a ramp trails it by tau, also where tau < a tick."""
-    found = readings(model, lambda t: 1e9 * t, 60, steps, lag_time_constant=tau)
-    assert 60 * PERIOD - found[-1] / 1e9 == pytest.approx(tau, rel=1e-4)
+    shown = readings(model, lambda t: 1e9 * t, 60, steps, lag_time_constant=tau)
+    assert 60 * PERIOD - shown[-1] / 1e9 == pytest.approx(tau, rel=1e-4)
 
 
 @pytest.mark.parametrize("cut_off", [40.0, 400.0, 5e3])
 def test_anti_aliasing_is_late_by_its_damping_on_a_ramp(cut_off: float, model: Kernel) -> None:
     """A low-pass of second order trails a ramp by 2 D/w, sqrt(2)/w for Butterworth's."""
-    found = readings(model, lambda t: 1e9 * t, 100, anti_aliasing_cut_off=cut_off)
+    shown = readings(model, lambda t: 1e9 * t, 100, anti_aliasing_cut_off=cut_off)
     late = math.sqrt(2.0) / (2.0 * math.pi * cut_off)
-    assert 100 * PERIOD - found[-1] / 1e9 == pytest.approx(late, rel=1e-4)
+    assert 100 * PERIOD - shown[-1] / 1e9 == pytest.approx(late, rel=1e-4)
 
 
 @pytest.mark.parametrize("frequency", [7.0, 130.0, 730.0])
@@ -94,7 +94,7 @@ def test_anti_aliasing_passes_half_the_power_at_its_cut_off_and_little_beyond(
 def test_filters_follow_a_plant_between_its_ticks(
     values: dict[str, float], rates: Callable[[float, np.ndarray], list[float]], model: Kernel
 ) -> None:
-    """A pressure while the rod turns, at every reading within 1e-4 of what LSODA makes of it."""
+    """Every reading of a pressure while the rod turns is within 1e-4 of LSODA's solution."""
     plant = Plant(model, machine(load_mass=5.0), 2e-5)
     sensors = Sensors(model, {"pressure_b": values}, PERIOD, np.random.default_rng(1))
     at = sensors.names.index("pressure_b")
@@ -116,7 +116,7 @@ def test_filters_follow_a_plant_between_its_ticks(
 
 
 def test_the_path_ends_at_the_signals(model: Kernel) -> None:
-    """The last row of what the elements meet is what the channels' signals are at the tick."""
+    """The last row of the elements' inputs is the channels' signals at the tick."""
     plant = Plant(model, machine(), 2e-5)
     plant.inputs.valve_current = 3e-3
     assert plant.path.shape == (0, 7)
@@ -129,7 +129,7 @@ def test_the_path_ends_at_the_signals(model: Kernel) -> None:
 
 
 def test_without_elements_the_path_still_ends_at_the_signals() -> None:
-    """Nobody asks for the rows before: a model without an element's effect leaves them out."""
+    """A model without an element's effect leaves out the rows before, which are not used."""
     plant = Plant(build((internal_leakage,), compiled=False), bare(), 2e-5)
     plant.inputs.valve_current = 3e-3
     plant.step(3)
@@ -139,9 +139,9 @@ def test_without_elements_the_path_still_ends_at_the_signals() -> None:
 
 
 def test_every_row_of_the_path_is_that_of_its_step(model: Kernel) -> None:
-    """Also where the rod hits its end: a row is what the signals are after so many steps.
+    """A row is the signals after as many steps, also where the rod hits its end.
 
-    There a step is taken in pieces, and what lies between them is nobody's row.
+    There a step is taken in pieces, and the states between the pieces are not recorded.
     """
     near = machine(initial_position=0.0795)
     whole, single = (Plant(model, near, 2e-5) for _ in range(2))

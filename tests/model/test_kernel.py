@@ -1,4 +1,4 @@
-"""What is made of the declarations: one module, compiled or not, kept under its digest."""
+"""The module generated from the declarations, compiled or not, stored under its digest."""
 
 import math
 from collections.abc import Callable
@@ -62,8 +62,8 @@ def test_a_kernel_may_divide_its_steps_another_way() -> None:
     """Where the rod hits its stop, steps in eight pieces are ten times as exact as whole ones."""
 
     def run(pieces: int, step: float) -> float:
-        own = kernel.build(compiled=False, constants={"PIECES": pieces})
-        plant = Plant(own, machine(), step)
+        kernel_ = kernel.build(compiled=False, constants={"PIECES": pieces})
+        plant = Plant(kernel_, machine(), step)
         plant.state.position, plant.state.velocity = plant.parameters.cylinder_stroke - 2e-3, 0.5
         plant.step(round(8e-3 / step))
         return float(plant.state.velocity)
@@ -87,7 +87,7 @@ def test_signals_belong_to_the_state_reached(make_plant: Callable[..., Plant]) -
 
 
 def test_one_call_of_many_steps_equals_many_calls_of_one(make_plant: Callable[..., Plant]) -> None:
-    """With the set point held, how steps are grouped into calls leaves no trace but rounding.
+    """With a constant set point, the grouping of steps into calls changes only the rounding.
 
     The power of the entrained air is followed from where a call began, to 4e-12.
     """
@@ -104,10 +104,10 @@ def knob() -> Param:
     return Param("strength", "N", "how much", 1.0, 0.0, 10.0)
 
 
-def test_a_law_that_asks_for_an_unknown_name_is_refused() -> None:
+def test_a_law_with_an_unknown_argument_is_refused() -> None:
     """The message names the effect, the name, and what its stage offers."""
 
-    @effect(friction_stage, knob=knob(), source="none", signature="none")
+    @effect(friction_stage, knob=knob(), source="test", signature="test")
     def odd_friction(moon_phase: float, strength: float) -> float:
         """F = moon."""
         return moon_phase * strength
@@ -120,7 +120,7 @@ TABLE = np.array([0.0, 0.1, 1.0]), np.array([0.0, 5.0, 100.0])
 """Velocities, and a force at each."""
 
 
-@effect(friction_stage, knob=knob(), source="none", signature="none")
+@effect(friction_stage, knob=knob(), source="test", signature="test")
 def measured_friction(velocity: float, strength: float) -> float:
     """F = f(v)."""
     return strength * math.copysign(np.interp(abs(velocity), *TABLE), velocity)
@@ -128,12 +128,12 @@ def measured_friction(velocity: float, strength: float) -> float:
 
 @pytest.mark.slow
 def test_a_law_may_look_into_a_table() -> None:
-    """For that numba makes arrays; code for what acts may hold such a law as well."""
+    """Numba makes arrays of it; code for the active effects may contain such a law as well."""
     cache = cache_folder()
-    own = kernel.build([measured_friction], cache)
+    kernel_ = kernel.build([measured_friction], cache)
     plants = []
-    for tick in (own.tick, build_acting(own, [measured_friction], cache)):
-        plant = Plant(own, bare(measured_friction_strength=2.0), STEP)
+    for tick in (kernel_.tick, build_acting(kernel_, [measured_friction], cache)):
+        plant = Plant(kernel_, bare(measured_friction_strength=2.0), STEP)
         supply, path = plant.supply, np.zeros((4, len(CHANNELS)))
         plant.state.velocity = 0.55
         assert tick(
@@ -149,7 +149,7 @@ def test_an_effect_without_an_equation_is_refused() -> None:
     """The docstring is the documentation, so it must be there."""
     with pytest.raises(DeclarationError, match="docstring"):
 
-        @effect(friction_stage, knob=knob(), source="none", signature="none")
+        @effect(friction_stage, knob=knob(), source="test", signature="test")
         def silent(strength: float) -> float:
             return strength
 
@@ -158,14 +158,14 @@ def test_a_state_at_a_stage_that_is_called_four_times_is_refused() -> None:
     """Each of the four edges would overwrite it."""
     with pytest.raises(DeclarationError, match="several times"):
 
-        @effect(metering, knob=knob(), source="none", signature="none",
+        @effect(metering, knob=knob(), source="test", signature="test",
                 states=(Quantity("memory", "A", "something"),))  # fmt: skip
         def sticky(opening: float, memory: float, strength: float) -> tuple[float, float]:
             """U = u."""
             return opening, strength
 
 
-def test_an_effect_known_twice_is_refused() -> None:
+def test_an_effect_declared_twice_is_refused() -> None:
     """Two effects of one name would share their memory."""
     twice = (*CATALOGUE, friction.coulomb_friction)
     with pytest.raises(DeclarationError, match="declared twice"):
@@ -173,10 +173,10 @@ def test_an_effect_known_twice_is_refused() -> None:
 
 
 def test_an_effect_at_an_unknown_stage_is_refused() -> None:
-    """Nobody would call it."""
+    """It would never be called."""
     nowhere = Stage("nowhere", "load", ("position",), "nothing", "N", "sum", balances=())
 
-    @effect(nowhere, knob=knob(), source="none", signature="none")
+    @effect(nowhere, knob=knob(), source="test", signature="test")
     def lost(strength: float) -> float:
         """F = 0."""
         return strength
@@ -192,7 +192,7 @@ def test_a_name_that_numpy_records_use_is_refused() -> None:
 
 
 def test_a_user_effect_joins_the_catalogue() -> None:
-    """An effect of one's own needs nothing but its declaration."""
+    """A user's effect needs its declaration only."""
 
     @effect(friction_stage, knob=knob(), source="own measurement", signature="load cell")
     def own_friction(velocity: float, strength: float) -> float:
@@ -210,19 +210,19 @@ def test_the_cache_folder_changes_with_every_source(tmp_path: Path) -> None:
     """Editing any file of the model, or a user's effect, gives another digest."""
     before = kernel.sources_digest(CATALOGUE)
     assert before == kernel.sources_digest(CATALOGUE)
-    own = tmp_path / "own.py"
+    module = tmp_path / "own.py"
     space: dict[str, object] = {}
     text = "def law(strength):\n    '''F = s.'''\n    return strength\n"
-    own.write_text(text)
-    exec(compile(text, str(own), "exec"), space)
+    module.write_text(text)
+    exec(compile(text, str(module), "exec"), space)
     declared = effect(friction_stage, knob=knob(), source="own", signature="own")(space["law"])
     with_own = kernel.sources_digest((*CATALOGUE, declared))
-    own.write_text(text + "# edited\n")
+    module.write_text(text + "# edited\n")
     assert len({before, with_own, kernel.sources_digest((*CATALOGUE, declared))}) == 3
 
 
 def test_the_module_is_kept_under_its_digest(tmp_path: Path) -> None:
-    """What was written for the cache can be read, and says where it comes from."""
+    """The file written for the cache can be read and names its source."""
     kernel.build(cache=tmp_path)
     (file,) = tmp_path.rglob("hil_emulator_kernel_*.py")
     assert file.parent.name == kernel.sources_digest(CATALOGUE)
@@ -237,7 +237,7 @@ def test_a_cache_that_cannot_be_written_does_no_harm(tmp_path: Path) -> None:
 
 
 class Curve(NamedTuple):
-    """What a friction law takes together."""
+    """Arguments that a friction law takes as one record."""
 
     velocity: float
     strength: float
@@ -245,7 +245,7 @@ class Curve(NamedTuple):
 
 
 def test_a_law_may_take_a_record_of_what_belongs_together() -> None:
-    """Of stage, effect and plant, each field is what an argument of that name would be."""
+    """Each field has the value that an argument of that name would have."""
 
     @effect(friction_stage, knob=knob(), source="own measurement", signature="load cell")
     def curved_friction(given: Curve) -> float:
@@ -257,14 +257,14 @@ def test_a_law_may_take_a_record_of_what_belongs_together() -> None:
     plant = Plant(built, values, STEP)
     plant.state.velocity = 0.1
     plant.step(0)
-    own = 2.0 * 0.1 * values["load_mass"]
-    assert plant.signals.friction_force == pytest.approx(1000 * 0.1 + 100.0 + own)
+    force = 2.0 * 0.1 * values["load_mass"]
+    assert plant.signals.friction_force == pytest.approx(1000 * 0.1 + 100.0 + force)
 
 
 def test_what_changes_a_set_point_does_so_before_it_is_late() -> None:
-    """A law of one's own acts on both set points of a tick in which one arrives."""
+    """A user's law acts on both set points of a tick in which one arrives."""
 
-    @effect(set_point_stage, knob=knob(), source="none", signature="none")
+    @effect(set_point_stage, knob=knob(), source="test", signature="test")
     def doubling(set_point: float, strength: float) -> float:
         """U = (1 + k) u."""
         return (1.0 + strength) * set_point
@@ -273,8 +273,8 @@ def test_what_changes_a_set_point_does_so_before_it_is_late() -> None:
     values = machine(transport_delay_time=5.5 * STEP, doubling_strength=1.0,
                      driver_lag_time_constant=lag)  # fmt: skip
     plant = Plant(kernel.build((*CATALOGUE, doubling), compiled=False), values, STEP)
-    for told in (1e-3, 2e-3):
-        plant.inputs.valve_current = told
+    for current in (1e-3, 2e-3):
+        plant.inputs.valve_current = current
         plant.step(10)
     reached = 0.0
     for target, steps in ((2e-3, 15.5), (4e-3, 4.5)):

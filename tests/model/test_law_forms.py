@@ -61,7 +61,7 @@ def test_forms_agree_far_from_where_they_bend() -> None:
     assert np.all(np.abs(terms[1]) < 0.03 * model[0])
 
 
-def test_the_way_since_a_reversal_begins_anew_with_each() -> None:
+def test_the_way_since_a_reversal_restarts_with_each() -> None:
     """It grows with the way from the last turning point, and is zero there."""
     time = np.linspace(0.0, 1.0, 401)
     position, velocity = -np.cos(2.0 * np.pi * time), np.sin(2.0 * np.pi * time)

@@ -85,10 +85,10 @@ class Links:
             "rotary_joint_mass_moment": m_2 * c_2,
         }
         both = []
-        for i, own in enumerate((hip, knee)):
+        for i, joint in enumerate((hip, knee)):
             angle = {"elevation": self.elevation[i], "sense": self.sense[i]}
             named = {f"rotary_joint_{name}": value for name, value in angle.items()}
-            both.append(ballistic(load_mass=self.extra, **own, **named))
+            both.append(ballistic(load_mass=self.extra, **joint, **named))
         return both[0], both[1]
 
 
@@ -116,12 +116,12 @@ def test_a_free_leg_keeps_its_energy(two_actuators: kernel.Kernel) -> None:
     assert reach[2] > 0.1
 
 
-def test_a_leg_moves_as_lagrange_says(two_actuators: kernel.Kernel) -> None:
+def test_a_leg_follows_lagranges_equations(two_actuators: kernel.Kernel) -> None:
     """Both rods push and pull; scipy integrates Lagrange's equations, differentiated by number."""
     links = Links()
     plants = on_one_supply(two_actuators, list(links.values()), STEP)
     forces = [np.array(f) for f in ((300.0, -60.0), (-200.0, 80.0), (-250.0, -50.0), (200.0, 0.0))]
-    z, worst, seen = np.array([0.04, 0.04, 0.0, 0.0]), 0.0, 0.0
+    z, worst, fastest = np.array([0.04, 0.04, 0.0, 0.0]), 0.0, 0.0
     for force in forces:
         for plant, against in zip(plants, -force, strict=True):
             plant.inputs.external_force = against
@@ -133,9 +133,9 @@ def test_a_leg_moves_as_lagrange_says(two_actuators: kernel.Kernel) -> None:
         z = solved.y[:, -1]
         x, v = state(plants)
         worst = max(worst, *np.abs(x - z[:2]) / 0.08, *np.abs(v - z[2:]))
-        seen = max(seen, *np.abs(v))
-    print(f"worst {worst:.1e} of range, at up to {seen:.2f} m/s")
-    assert seen > 0.3
+        fastest = max(fastest, *np.abs(v))
+    print(f"worst {worst:.1e} of range, at up to {fastest:.2f} m/s")
+    assert fastest > 0.3
     assert worst < 1e-4
 
 
@@ -153,28 +153,28 @@ def test_a_hanging_leg_swings_at_the_double_pendulums_frequencies(
         for sign in (1.0, -1.0):
             plant.state.position = 0.04 + sign * 1e-6
             plants[0].step(0)
-            found = [float(p.signals.acceleration) for p in plants]
-            stiffness[:, j] = found if sign > 0 else (stiffness[:, j] - found) / 2e-6
+            pulled = [float(p.signals.acceleration) for p in plants]
+            stiffness[:, j] = pulled if sign > 0 else (stiffness[:, j] - pulled) / 2e-6
         plant.state.position = 0.04
-    own = np.array([links.inertia[0] + m_1 * c_1**2, links.inertia[1] + m_2 * c_2**2])
+    i_1, i_2 = links.inertia[0] + m_1 * c_1**2, links.inertia[1] + m_2 * c_2**2
     h = links.length * m_2 * c_2
     lever = math.sqrt(BASE**2 * CRANK**2 - (0.5 * (BASE**2 + CRANK**2 - c**2)) ** 2) / c
     m = np.array(
-        [[own[0] + m_2 * links.length**2 + own[1] + 2 * h, own[1] + h], [own[1] + h, own[1]]]
+        [[i_1 + m_2 * links.length**2 + i_2 + 2 * h, i_2 + h], [i_2 + h, i_2]]
     ) + links.extra * lever**2 * np.eye(2)  # fmt: skip
     low = m_2 * c_2 * G
     k = np.array([[(m_1 * c_1 + m_2 * links.length) * G + low, low], [low, low]])
     expected = np.sort(np.linalg.eigvals(np.linalg.solve(m, k)).real)
-    found = np.sort(np.linalg.eigvals(-stiffness).real)
+    squares = np.sort(np.linalg.eigvals(-stiffness).real)
     print("Hz:", np.sqrt(expected) / (2 * np.pi))
-    assert found == pytest.approx(expected, rel=1e-6)
+    assert squares == pytest.approx(expected, rel=1e-6)
 
 
 def test_a_load_cell_that_gives_way_hardly_changes_a_legs_motion(
     two_actuators: kernel.Kernel,
 ) -> None:
     """The rods move as before; each load cell reads the force that accelerates what is behind."""
-    found = []
+    states = []
     for compliance in (0.0, 4e-9):
         both = [
             v | {"coupling_compliance_compliance": compliance, "rod_mass_mass": 0.286}
@@ -184,11 +184,11 @@ def test_a_load_cell_that_gives_way_hardly_changes_a_legs_motion(
         for plant in plants:
             plant.inputs.external_force = -100.0
         plants[0].step(2000)
-        found.append(np.concatenate(state(plants)))
+        states.append(np.concatenate(state(plants)))
         for plant in plants:
             s = plant.signals
             assert s.load_force == pytest.approx(-0.286 * s.acceleration, abs=2.0)
-    np.testing.assert_allclose(found[1], found[0], atol=2e-4)
+    np.testing.assert_allclose(states[1], states[0], atol=2e-4)
 
 
 def test_gravity_of_a_joint_turns_with_it(make_plant: MakePlant) -> None:

@@ -29,15 +29,15 @@ def characteristics(inflow: Vector) -> tuple[Vector, Vector]:
     Method of characteristics: p + Z q runs with the wave, p - Z q against it.
     """
     pressure, flow = np.zeros(CELLS + 1), np.full(CELLS + 1, inflow[0])
-    seen = np.empty((2, len(inflow)))
+    recorded = np.empty((2, len(inflow)))
     for k, drawn in enumerate(inflow):
         along, against = pressure + IMPEDANCE * flow, pressure - IMPEDANCE * flow
         pressure[1:-1] = 0.5 * (along[:-2] + against[2:])
         flow[1:-1] = 0.5 * (along[:-2] - against[2:]) / IMPEDANCE
         flow[0], pressure[0] = drawn, against[1] + IMPEDANCE * drawn
         pressure[-1], flow[-1] = 0.0, along[-2] / IMPEDANCE
-        seen[:, k] = pressure[0], flow[-1]
-    return seen[0], seen[1]
+        recorded[:, k] = pressure[0], flow[-1]
+    return recorded[0], recorded[1]
 
 
 def stopped(make_plant: MakePlant, at_once: bool) -> tuple[Vector, Vector, Vector]:
@@ -93,13 +93,13 @@ def exact_modes(length: float, viscosity: float) -> NDArray[np.complex128]:
         gamma = length * s / SPEED / np.sqrt(1.0 - 2.0 * jv(1, k) / (k * jv(0, k)))
         return [gamma.real, gamma.imag - quarter]
 
-    found = []
+    roots = []
     for quarter in 0.5 * math.pi * np.array([1, 3, 5, 7]):
         root = fsolve(
             mismatch, np.array([-0.02, 0.97]) * quarter * SPEED / length, (quarter,), xtol=1e-12
         )
-        found.append(complex(root[0], root[1]))
-    return np.array(found)
+        roots.append(complex(root[0], root[1]))
+    return np.array(roots)
 
 
 @pytest.mark.parametrize(("length", "viscosity"), [(1.0, 46e-6), (4.0, 46e-6), (1.0, 15e-6)])
@@ -109,26 +109,26 @@ def test_line_waves_ring_at_the_roots_of_the_distributed_line(
     """Four resonances within 0.5 %, their damping within 2 %; without loss at c (2n - 1)/(4 l)."""
     plant = make_plant(pond(line_waves_length=length, oil_kinematic_viscosity=viscosity))
     names = plant.kernel.state.names
-    own = [i for i, name in enumerate(names) if name.startswith("line_waves_") and "_a" in name]
+    at = [i for i, name in enumerate(names) if name.startswith("line_waves_") and "_a" in name]
     state, rates = plant.state_vector.copy(), zeros(plant.kernel.state)
-    jacobian = np.empty((len(own), len(own)))
-    for column, i in enumerate(own):
+    jacobian = np.empty((len(at), len(at)))
+    for column, i in enumerate(at):
         size = 1.0 if "pressure" in names[i] else 1e-9
         for sign in (1.0, -1.0):
             moved = state.copy()
             moved[i] += sign * size
             plant.kernel.rate(moved, rates, plant.parameter_vector, plant.input_vector,
                               plant.signal_vector)  # fmt: skip
-            jacobian[:, column] = rates[own] - jacobian[:, column] if sign < 0.0 else rates[own]
+            jacobian[:, column] = rates[at] - jacobian[:, column] if sign < 0.0 else rates[at]
         jacobian[:, column] /= -2.0 * size
-    found = np.linalg.eigvals(jacobian)
-    found = np.sort_complex(1j * found[found.imag > 0.0])[::-1] / 1j
+    modes = np.linalg.eigvals(jacobian)
+    modes = np.sort_complex(1j * modes[modes.imag > 0.0])[::-1] / 1j
     exact = exact_modes(length, viscosity)
-    assert found.imag == pytest.approx(exact.imag, rel=5e-3)
-    assert found.real == pytest.approx(exact.real, rel=0.02)
+    assert modes.imag == pytest.approx(exact.imag, rel=5e-3)
+    assert modes.real == pytest.approx(exact.real, rel=0.02)
     lossless = 0.5 * math.pi * np.array([1, 3, 5, 7]) * SPEED / length
-    assert np.all(found.imag / lossless > 0.9)
-    assert np.all(found.imag < lossless)
+    assert np.all(modes.imag / lossless > 0.9)
+    assert np.all(modes.imag < lossless)
 
 
 @pytest.mark.parametrize(("current", "diameter"), [(1e-3, 6e-3), (1e-2, 4e-3)])

@@ -37,9 +37,9 @@ def nearest(poles: np.ndarray, wanted: complex) -> complex:
     return complex(poles[np.argmin(np.abs(poles - wanted))])
 
 
-def point_of(found: linearise.Linearisation) -> linear.OperatingPoint:
+def point_of(linearisation: linearise.Linearisation) -> linear.OperatingPoint:
     """Return the operating point of the analytic forms at an equilibrium found."""
-    at = found.signals
+    at = linearisation.signals
     return linear.OperatingPoint(
         at["spool_position"], at["position"], at["pressure_a"], at["pressure_b"]
     )
@@ -55,21 +55,21 @@ def test_no_load_pressures_are_those_of_the_area_ratio(
     assert (closed_form.pressure_a, closed_form.pressure_b) == pytest.approx(
         (bar_a * 1e5, bar_b * 1e5), rel=5e-3
     )
-    found = linearise.steady_motion(kernel, free, current, 0.04).signals
-    assert found["pressure_a"] == pytest.approx(closed_form.pressure_a, rel=5e-3)
-    assert found["pressure_b"] == pytest.approx(closed_form.pressure_b, rel=5e-3)
+    signals = linearise.steady_motion(kernel, free, current, 0.04).signals
+    assert signals["pressure_a"] == pytest.approx(closed_form.pressure_a, rel=5e-3)
+    assert signals["pressure_b"] == pytest.approx(closed_form.pressure_b, rel=5e-3)
 
 
 @pytest.mark.slow
 def test_a_simulated_stroke_settles_at_the_equilibrium_found(kernel: Kernel) -> None:
-    """Newton's equilibrium is where the model itself goes under a constant current."""
+    """Newton's equilibrium is the one that the model reaches under a constant current."""
     light = MACHINE | {"load_mass": 5.0, "initial_position": 0.02}
     plant = Plant(kernel, light, 1e-4)
     plant.inputs.valve_current = 2e-3
     plant.step(1500)
-    found = linearise.steady_motion(kernel, light, 2e-3, 0.05).equilibrium
+    equilibrium = linearise.steady_motion(kernel, light, 2e-3, 0.05).equilibrium
     for name in ("pressure_a", "pressure_b", "velocity"):
-        assert plant.state[name] == pytest.approx(found[name], rel=1e-4)
+        assert plant.state[name] == pytest.approx(equilibrium[name], rel=1e-4)
 
 
 @pytest.mark.parametrize("position", POSITIONS)
@@ -85,10 +85,10 @@ def test_reduced_poles_are_exact_where_both_pressures_share_one_mode(
         "cylinder_dead_volume_a": machine.dead_volume_a + bigger - v_a,
         "cylinder_dead_volume_b": machine.dead_volume_b + bigger / machine.ratio - v_b,
     }
-    found = linearise.steady_motion(kernel, values, current, position)
-    response = linear.reduced(linear.LinearisedMachine.of(values), point_of(found))
+    model = linearise.steady_motion(kernel, values, current, position)
+    response = linear.reduced(linear.LinearisedMachine.of(values), point_of(model))
     for pole in response.hydraulic_force.poles:
-        assert abs(nearest(found.poles, pole) - pole) < 0.01 * abs(pole)
+        assert abs(nearest(model.poles, pole) - pole) < 0.01 * abs(pole)
 
 
 @pytest.mark.parametrize("position", POSITIONS)
@@ -97,12 +97,12 @@ def test_complete_poles_are_exact_everywhere(
     kernel: Kernel, position: float, current: float
 ) -> None:
     """With both pressures free every pole but the position's own is met within 1 %."""
-    found = linearise.steady_motion(kernel, MACHINE, current, position)
-    poles = linear.complete(linear.LinearisedMachine.of(MACHINE), point_of(found)).load_force.poles
-    assert abs(found.poles[0]) < 1e-6
-    assert len(poles) == len(found.poles) - 1
+    model = linearise.steady_motion(kernel, MACHINE, current, position)
+    poles = linear.complete(linear.LinearisedMachine.of(MACHINE), point_of(model)).load_force.poles
+    assert abs(model.poles[0]) < 1e-6
+    assert len(poles) == len(model.poles) - 1
     for pole in poles:
-        assert abs(nearest(found.poles, pole) - pole) < 0.01 * abs(pole)
+        assert abs(nearest(model.poles, pole) - pole) < 0.01 * abs(pole)
 
 
 @pytest.mark.parametrize(
@@ -116,8 +116,8 @@ def test_reduced_poles_err_by_the_tied_pressures(
     machine = linear.LinearisedMachine.of(values)
     pole = linear.reduced(machine, linear.operating_point(machine, 0.0, 0.04)).load_force.poles
     assert nearest(pole, -40 + 380j).real == pytest.approx(printed, rel=5e-3)
-    found = linearise.rest(kernel, values, 0.04)
-    assert nearest(found.poles, -40 + 380j).real == pytest.approx(real, rel=1e-2)
+    model = linearise.rest(kernel, values, 0.04)
+    assert nearest(model.poles, -40 + 380j).real == pytest.approx(real, rel=1e-2)
 
 
 @pytest.mark.parametrize(
@@ -125,11 +125,11 @@ def test_reduced_poles_err_by_the_tied_pressures(
 )
 def test_resonance_follows_the_oil_columns(kernel: Kernel, position: float, hertz: float) -> None:
     """A closed valve leaves 50 kg on A_p² beta (1/v_a + alpha²/v_b)."""
-    found = linearise.rest(kernel, MACHINE, position)
+    model = linearise.rest(kernel, MACHINE, position)
     machine = linear.LinearisedMachine.of(MACHINE)
     k = linear.force_coefficients(machine, linear.operating_point(machine, 0.0, position))
     stiffness = math.sqrt(-k.k_xp / machine.mass)
-    pole = nearest(found.poles, 1j * stiffness)
+    pole = nearest(model.poles, 1j * stiffness)
     assert abs(pole) / 2 / math.pi == pytest.approx(hertz, rel=0.01)
     assert abs(pole) == pytest.approx(stiffness, rel=1e-3)
 
@@ -139,10 +139,10 @@ def test_zeros_are_the_load_alone(kernel: Kernel, output: str, zero: float) -> N
     """The rod force vanishes where load (and piston) move freely: S1 Fig. 3.14, within 1 %."""
     machine = linear.LinearisedMachine.of(MACHINE)
     for current in OPENINGS:
-        found = linearise.steady_motion(kernel, MACHINE, current, 0.04)
-        assert nearest(found.zeros("valve_current", output), zero) == pytest.approx(zero, rel=0.01)
+        model = linearise.steady_motion(kernel, MACHINE, current, 0.04)
+        assert nearest(model.zeros("valve_current", output), zero) == pytest.approx(zero, rel=0.01)
         for form in (linear.reduced, linear.complete):
-            response = getattr(form(machine, point_of(found)), output)
+            response = getattr(form(machine, point_of(model)), output)
             assert nearest(response.zeros, zero) == pytest.approx(zero, rel=0.01)
 
 
@@ -182,12 +182,12 @@ def test_null_sensitivity_is_supply_over_underlap() -> None:
 
 
 def test_valve_coefficients_are_the_slopes_of_the_compiled_flow(kernel: Kernel) -> None:
-    """q_a and q_b of the model change with current and pressure as K_q and K_c say."""
+    """q_a and q_b of the model change with current and pressure by K_q and K_c."""
     values = MACHINE | {"underlap_lap": 28e-6}
     machine = linear.LinearisedMachine.of(values)
-    found = linearise.steady_motion(kernel, values, 1e-3, 0.04, outputs=("flow_a", "flow_b"))
-    c = linear.valve_coefficients(machine, point_of(found))
-    column = {name: found.c[:, i] for i, name in enumerate(found.states)}
+    model = linearise.steady_motion(kernel, values, 1e-3, 0.04, outputs=("flow_a", "flow_b"))
+    c = linear.valve_coefficients(machine, point_of(model))
+    column = {name: model.c[:, i] for i, name in enumerate(model.states)}
     assert column["spool_position"] == pytest.approx([c.k_qa, c.k_qb], rel=1e-3)
     assert column["pressure_a"] == pytest.approx([-c.k_ca, 0.0], rel=2e-3)
     assert column["pressure_b"] == pytest.approx([0.0, -c.k_cb], rel=2e-3)
@@ -207,25 +207,25 @@ def test_static_gain_is_the_document_s() -> None:
 def test_transfer_function_has_the_response_of_its_state_space(kernel: Kernel) -> None:
     """Poles, zeros and gain carry the same frequency response as A, B, C, D."""
     omega = np.geomspace(0.3, 3000.0, 20)
-    found = linearise.steady_motion(kernel, MACHINE | {"underlap_lap": 28e-6}, 1e-3, 0.03)
+    model = linearise.steady_motion(kernel, MACHINE | {"underlap_lap": 28e-6}, 1e-3, 0.03)
     for output in ("hydraulic_force", "load_force", "velocity"):
-        _, value = linear.exact(found, output).freqresp(omega)
-        assert value == pytest.approx(found.response("valve_current", output, omega), rel=1e-6)
+        _, value = linear.exact(model, output).freqresp(omega)
+        assert value == pytest.approx(model.response("valve_current", output, omega), rel=1e-6)
 
 
 def test_states_of_effects_that_are_off_are_left_out(kernel: Kernel) -> None:
     """The bare machine has the six states of its balances."""
-    found = linearise.rest(kernel, MACHINE, 0.04)
-    assert found.states == tuple(q.name for q in actuator.STATES)
+    model = linearise.rest(kernel, MACHINE, 0.04)
+    assert model.states == tuple(q.name for q in actuator.STATES)
 
 
 def test_an_effect_that_is_on_brings_its_own_pole(kernel: Kernel) -> None:
     """A driver lag of 0.2 ms is a pole at -5000 rad/s and leaves the others where they were."""
     bare = linearise.rest(kernel, MACHINE, 0.04)
-    found = linearise.rest(kernel, MACHINE | {"driver_lag_time_constant": 2e-4}, 0.04)
-    assert set(found.states) - set(bare.states) == {"driver_lag_coil_current"}
-    assert nearest(found.poles, -5000.0) == pytest.approx(-5000.0)
-    assert nearest(found.poles, 380j) == pytest.approx(nearest(bare.poles, 380j), rel=1e-6)
+    model = linearise.rest(kernel, MACHINE | {"driver_lag_time_constant": 2e-4}, 0.04)
+    assert set(model.states) - set(bare.states) == {"driver_lag_coil_current"}
+    assert nearest(model.poles, -5000.0) == pytest.approx(-5000.0)
+    assert nearest(model.poles, 380j) == pytest.approx(nearest(bare.poles, 380j), rel=1e-6)
 
 
 def test_bristles_are_a_spring_at_rest_and_a_force_in_motion(kernel: Kernel) -> None:
@@ -240,8 +240,8 @@ def test_bristles_are_a_spring_at_rest_and_a_force_in_motion(kernel: Kernel) -> 
     machine = linear.LinearisedMachine.of(MACHINE)
     k = linear.force_coefficients(machine, linear.operating_point(machine, 0.0, 0.04))
     stuck = math.sqrt((2e6 - k.k_xp) / machine.mass)
-    found = linearise.rest(kernel, values, 0.04)
-    assert abs(nearest(found.poles, 1j * stuck)) == pytest.approx(stuck, rel=0.01)
+    model = linearise.rest(kernel, values, 0.04)
+    assert abs(nearest(model.poles, 1j * stuck)) == pytest.approx(stuck, rel=0.01)
     moving = linearise.steady_motion(kernel, values, 1e-3, 0.04)
     assert moving.equilibrium["seal_bend"] == pytest.approx(3.0, rel=1e-6)
 
@@ -256,9 +256,9 @@ def test_soft_oil_is_no_obstacle_to_finding_the_motion(kernel: Kernel) -> None:
 
 def test_play_cuts_the_load_off_at_rest(kernel: Kernel) -> None:
     """Inside a backlash no current reaches the load: there is no transfer function to give."""
-    found = linearise.rest(kernel, MACHINE | {"backlash_gap": 1e-4}, 0.04)
+    model = linearise.rest(kernel, MACHINE | {"backlash_gap": 1e-4}, 0.04)
     with pytest.raises(ValueError, match="does not reach"):
-        linear.exact(found, "load_force")
+        linear.exact(model, "load_force")
 
 
 def test_an_impossible_rest_is_refused(kernel: Kernel) -> None:

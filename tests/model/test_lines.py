@@ -1,4 +1,4 @@
-"""The physics of what lies between valve and cylinder: lines, load holding, relief valves."""
+"""The physics of lines, load-holding valves and relief valves between valve and cylinder."""
 
 import math
 from collections.abc import Callable
@@ -61,7 +61,7 @@ def test_port_relief_valves_bound_the_pressure_of_a_chamber(make_plant: MakePlan
     assert s.pressure_a == pytest.approx(190e5 + 20e5 * AREA * speed / TEN_LITRES, rel=1e-4)
     # what one chamber gives and the other does not take
     assert s.tank_flow == pytest.approx((1.0 - ALPHA) * AREA * speed, rel=1e-3)
-    # all that the push does beside friction is heat, but for the oil that reaches tank pressure
+    # the work of the push without friction becomes heat, except for the oil at tank pressure
     work = 5000.0 * speed - 500.0 * speed**2
     assert s.relief_loss + 10e5 * s.tank_flow == pytest.approx(work, rel=1e-3)
 
@@ -97,7 +97,7 @@ def test_shut_off_valves_lose_pressure_by_two_laws_while_open(make_plant: MakePl
 
 
 def test_shut_off_valves_close_in_their_time(make_plant: MakePlant) -> None:
-    """Halfway through 50 ms they let half through; then nothing, until told to open again."""
+    """After half of 50 ms they pass half; then nothing until they are opened again."""
     plant = make_plant(pond(shut_off_valves_closing_time=0.05))
     plant.inputs.valve_current = 1e-3
     settle(plant, 0.1)
@@ -225,7 +225,7 @@ def test_cylinder_lines_obey_their_two_balances(make_plant: MakePlant) -> None:
     """A valve that opens onto a line and a large chamber, as Radau solves both balances."""
     plant = make_plant(pond(cylinder_lines_length=2.0))
     plant.state.spool_position = plant.inputs.valve_current = 2e-3
-    (seen,) = record(plant, 1000, "port_pressure_a")
+    (port,) = record(plant, 1000, "port_pressure_a")
     area = math.pi / 4.0 * 6e-3**2
     inertance = 850.0 * 2.0 / area
     capacity = (2.0 * 2.0 / (math.pi * 1237.0)) ** 2 / inertance
@@ -241,4 +241,4 @@ def test_cylinder_lines_obey_their_two_balances(make_plant: MakePlant) -> None:
 
     times = STEP * np.arange(1, 1001)
     exact = solve_ivp(rates, (0.0, times[-1]), [0.0, chamber], "Radau", times, rtol=1e-9, atol=1e-9)
-    assert np.abs(seen - exact.y[1]).max() < 1e-4 * P_S
+    assert np.abs(port - exact.y[1]).max() < 1e-4 * P_S

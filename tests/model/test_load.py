@@ -1,4 +1,4 @@
-"""The physics of the load, and of what couples it to the rod."""
+"""The physics of the load and of its coupling to the rod."""
 
 import math
 from collections.abc import Callable
@@ -59,8 +59,8 @@ def test_load_spring_rings_with_the_mass(make_plant: MakePlant) -> None:
     plant = make_plant(ballistic(load_spring_stiffness=2e4, load_spring_rest_position=0.04))
     plant.state.velocity = 0.1
     (position,) = record(plant, 25_000, "position")
-    found = crossing_frequency(position - 0.04, STEP)
-    assert found == pytest.approx(math.sqrt(2e4 / 50.0) / (2 * math.pi), rel=0.01)
+    frequency = crossing_frequency(position - 0.04, STEP)
+    assert frequency == pytest.approx(math.sqrt(2e4 / 50.0) / (2 * math.pi), rel=0.01)
 
 
 def test_wall_resists_on_one_side_alone(make_plant: MakePlant) -> None:

@@ -40,8 +40,8 @@ def mixture(
     pressure: float, fraction: float, exponent: float = 1.4, held: float = 1e5
 ) -> float:  # fmt: skip
     """Return E' at a pressure, in a call of the integrator that began at another one."""
-    known, stride = (101_325.0 / held) ** (1.0 / exponent), GAS_STRIDE ** (-1.0 / exponent)
-    change, expansion = approach(pressure / held, known, stride)
+    reference, stride = (101_325.0 / held) ** (1.0 / exponent), GAS_STRIDE ** (-1.0 / exponent)
+    change, expansion = approach(pressure / held, reference, stride)
     return float(entrained_air(BETA, pressure, change, expansion, fraction, exponent))
 
 
@@ -59,7 +59,7 @@ def test_modulus_pressure_stiffens_each_chamber_with_its_pressure(make_plant: Ma
 
 def test_modulus_temperature_is_neutral_at_the_reference(make_plant: MakePlant) -> None:
     """The rod's spring softens by n per kelvin above 40 °C."""
-    found = [
+    stiffnesses = [
         stiffness(
             make_plant(
                 bare(**DAMPED, modulus_temperature_fall=0.004, oil_temperature=273.15 + celsius)
@@ -67,17 +67,17 @@ def test_modulus_temperature_is_neutral_at_the_reference(make_plant: MakePlant) 
         )
         for celsius in (40.0, 60.0)
     ]
-    assert found[0] == pytest.approx(expected_stiffness(BETA), rel=1e-3)
-    assert found[1] == pytest.approx(expected_stiffness(BETA * (1 - 0.004 * 20)), rel=1e-3)
+    assert stiffnesses[0] == pytest.approx(expected_stiffness(BETA), rel=1e-3)
+    assert stiffnesses[1] == pytest.approx(expected_stiffness(BETA * (1 - 0.004 * 20)), rel=1e-3)
 
 
 def test_line_compliance_is_a_spring_in_series(make_plant: MakePlant) -> None:
     """C/V adds to 1/beta, so a hose acts like dead volume: as C beta more of it."""
     compliance = 2e-15
-    found = stiffness(make_plant(bare(**DAMPED, line_compliance_compliance=compliance)))
+    measured = stiffness(make_plant(bare(**DAMPED, line_compliance_compliance=compliance)))
     more = compliance * BETA
     same = bare(**DAMPED, cylinder_dead_volume_a=3e-6 + more, cylinder_dead_volume_b=3e-6 + more)
-    assert found == pytest.approx(stiffness(make_plant(same)), rel=1e-6)
+    assert measured == pytest.approx(stiffness(make_plant(same)), rel=1e-6)
 
 
 @pytest.mark.parametrize("fraction", [1e-6, 0.005, 0.2])
@@ -201,12 +201,12 @@ def test_cavitation_floor_is_flat_and_fills_before_pressure_returns(make_plant: 
     """Pulled out with shut ports, pressure rests at the floor; it rises where it fell."""
     plant = make_plant(bare(cavitation_floor_pressure_floor=0.6e5, load_mass=1.0,
                             viscous_friction_coefficient=2e4))  # fmt: skip
-    seen = []
+    recorded = []
     for force, ticks in ((-6000.0, 200), (0.0, 400)):
         plant.inputs.external_force = force
         pressure, position = record(plant, ticks * 50, "pressure_a", "position")
-        seen.append((pressure, position))
-    (falling, out), (rising, back) = seen
+        recorded.append((pressure, position))
+    (falling, out), (rising, back) = recorded
     assert falling.min() == 0.6e5
     assert np.count_nonzero(falling == 0.6e5) > 100
     fell = out[np.argmax(falling == 0.6e5)]
@@ -217,13 +217,13 @@ def test_cavitation_floor_is_flat_and_fills_before_pressure_returns(make_plant: 
 
 def test_viscosity_temperature_passes_the_points_of_the_grade(make_plant: MakePlant) -> None:
     """ISO VG 46 with a viscosity index of 100: 46 mm²/s at 40 °C, 6.8 mm²/s at 100 °C."""
-    found = {}
+    viscosities = {}
     for celsius in (20.0, 40.0, 100.0):
         plant = make_plant(bare(viscosity_temperature_slope=3.68, oil_temperature=273.15 + celsius))
-        found[celsius] = float(plant.signals.viscosity) * 1e6
-    assert found[40.0] == pytest.approx(46.0, rel=1e-12)
-    assert found[100.0] == pytest.approx(6.8, rel=0.01)
-    assert 110.0 < found[20.0] < 150.0
+        viscosities[celsius] = float(plant.signals.viscosity) * 1e6
+    assert viscosities[40.0] == pytest.approx(46.0, rel=1e-12)
+    assert viscosities[100.0] == pytest.approx(6.8, rel=0.01)
+    assert 110.0 < viscosities[20.0] < 150.0
 
 
 def test_viscosity_temperature_moves_friction_damping_and_leakage(make_plant: MakePlant) -> None:

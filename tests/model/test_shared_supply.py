@@ -190,7 +190,7 @@ def test_supply_droops_by_what_both_draw(supplied: Supplied) -> None:
 
 
 def test_each_set_point_arrives_after_its_own_dead_time(supplied: Supplied) -> None:
-    """Two valves of one supply: the lag of each driver tells when its current moved."""
+    """Two valves of one supply: the lag of each driver shows when its current changed."""
     lag, late, end = 1e-3, (0.37e-3, 1.613e-3), 4e-3
     plants = supplied(
         {"transport_delay_time": late[1]},

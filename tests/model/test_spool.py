@@ -39,17 +39,17 @@ def bandwidth(make_plant: MakePlant, values: dict[str, float], amplitude: float)
 def test_transport_delay_ages_the_set_point(make_plant: MakePlant) -> None:
     """A step arrives three ticks late, or in the midst of a tick."""
     plant = make_plant(bare(transport_delay_time=3e-3))
-    seen = []
+    currents = []
     for current in (0.0, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3):
         plant.inputs.valve_current = current
         plant.step(50)
-        seen.append(float(plant.signals.valve_current))
-    assert seen == [0.0, 0.0, 0.0, 0.0, 1e-3, 1e-3]
+        currents.append(float(plant.signals.valve_current))
+    assert currents == [0.0, 0.0, 0.0, 0.0, 1e-3, 1e-3]
 
 
 @pytest.mark.parametrize("late", [0.37e-3, 0.5e-3, 2.613e-3])
 def test_a_set_point_arrives_when_its_dead_time_is_over(late: float, make_plant: MakePlant) -> None:
-    """Whatever a tick is: the lag of a driver tells to the microsecond when its current moved."""
+    """For any tick, the lag of a driver shows to the microsecond when its current changed."""
     lag, end = 1e-3, 5e-3
     plant = make_plant(bare(transport_delay_time=late, driver_lag_time_constant=lag))
     plant.step(50)
@@ -119,7 +119,7 @@ def test_pilot_supply_slows_the_spool_as_the_square_root_of_pressure(
     """From 210 to 160 bar both the linear and the rate-limited bandwidth fall by sqrt(160/210)."""
     ratios = []
     for amplitude in (1e-3, 1e-2):
-        found = [
+        times = [
             bandwidth(
                 make_plant,
                 bare(pilot_supply_share=1.0, spool_rate_limit_rate=3.6, supply_pressure=p),
@@ -127,7 +127,7 @@ def test_pilot_supply_slows_the_spool_as_the_square_root_of_pressure(
             )
             for p in (160e5, 210e5)
         ]
-        ratios.append(found[0] / found[1])
+        ratios.append(times[0] / times[1])
     assert ratios == pytest.approx([math.sqrt(160 / 210)] * 2, rel=0.02)
 
 
@@ -184,17 +184,17 @@ def test_hysteresis_opens_a_loop_of_the_stated_width(
     for steps in (10_000, 20_000):
         plant = make_plant(pond(hysteresis_width=2e-4))
         up = np.linspace(-5e-3, 5e-3, steps)
-        seen = []
+        recorded = []
         for current in [*up, *up[::-1]]:
             plant.inputs.valve_current = current
             plant.step(1)
-            seen.append(float(plant.signals[transducer]))
+            recorded.append(float(plant.signals[transducer]))
         at = steps * 3 // 4
         root = math.sqrt(plant.signals.supply_pressure - plant.signals.pressure_a)
         gain = 1.0 if transducer == "spool_position" else K_V * root
         # the spool itself trails a ramp by 2 D/w, on both branches
         trail = 2 * 0.7 / (2 * math.pi * 250) * 1e-2 / (steps * STEP)
-        widths.append((seen[steps:][::-1][at] - seen[at]) / gain - 2 * trail)
+        widths.append((recorded[steps:][::-1][at] - recorded[at]) / gain - 2 * trail)
     assert widths == pytest.approx([2e-4] * 2, rel=0.03)
 
 
@@ -211,11 +211,11 @@ def with_stops(current: float, duration: float, start: np.ndarray, limit: float)
     struck.terminal, struck.direction = True, -1  # type: ignore[attr-defined]
     if abs(start[0]) >= limit and current * start[0] >= limit * limit:
         return np.array([start[0], 0.0])
-    found = solve_ivp(free, (0.0, duration), start, events=struck, rtol=1e-10, atol=1e-12)
-    if found.status == 0:
-        return np.asarray(found.y[:, -1])
-    at_stop = np.array([math.copysign(limit, found.y[0, -1]), 0.0])
-    return with_stops(current, duration - found.t[-1], at_stop, limit)
+    solution = solve_ivp(free, (0.0, duration), start, events=struck, rtol=1e-10, atol=1e-12)
+    if solution.status == 0:
+        return np.asarray(solution.y[:, -1])
+    at_stop = np.array([math.copysign(limit, solution.y[0, -1]), 0.0])
+    return with_stops(current, duration - solution.t[-1], at_stop, limit)
 
 
 @pytest.mark.parametrize("top", [0.01, 0.015])

@@ -24,9 +24,9 @@ LARGE = 1e3
 def test_the_reference_machine_needs_the_default_step(model: Kernel) -> None:
     """The fastest mode is the chamber at the stop behind a wide edge: beta K_v u/(v sqrt delta)."""
     fastest = 1.3e9 * 6.68e-6 * 0.01 / (3e-6 * math.sqrt(1e5))
-    found = required_step(model, machine())
-    assert found == pytest.approx(REACH / fastest, rel=0.02)
-    assert found > STEP
+    step = required_step(model, machine())
+    assert step == pytest.approx(REACH / fastest, rel=0.02)
+    assert step > STEP
 
 
 def test_every_effect_at_typical_keeps_the_default_step(model: Kernel) -> None:

@@ -1,7 +1,7 @@
 """The default step with every effect at its typical strength, against Radau at rtol 1e-10.
 
-Radau solves the compiled right-hand side here: whether that says the right thing is asked
-elsewhere; this is about the integrator alone.
+Radau solves the compiled right-hand side, so this checks the integrator alone. Other tests check
+the right-hand side.
 """
 
 import math
@@ -36,11 +36,11 @@ ROAD = (
 
 def scales(model: Kernel) -> np.ndarray:
     """Return a small deviation of each state, so that the solver's tolerances mean the same."""
-    found = []
+    values = []
     for name in model.state.names:
         fits = [size for part, size in SCALES.items() if part in name]
-        found.append(fits[0] if fits else 1e-4)
-    return np.array(found)
+        values.append(fits[0] if fits else 1e-4)
+    return np.array(values)
 
 
 def exact(plant: Plant, seconds: float) -> np.ndarray:

@@ -15,7 +15,7 @@ TEN_LITRES = 10e-3 / 60.0
 LEAKING = {"fixed_pump_flow": TEN_LITRES, "pump_leakage_flow": 1e-3 / 60.0}
 
 
-def test_fixed_pump_relieves_what_nobody_draws(make_plant: MakePlant) -> None:
+def test_fixed_pump_relieves_the_unused_flow(make_plant: MakePlant) -> None:
     """At rest the whole flow passes the relief valve at set pressure: all its power is lost."""
     plant = make_plant(bare(fixed_pump_flow=TEN_LITRES))
     settle(plant, 0.2)

@@ -50,8 +50,8 @@ def test_gain_error_and_offset_make_a_straight_line(model: Kernel) -> None:
 def test_gain_error_scales_the_reading(model: Kernel) -> None:
     """A cell that reads 3 % high does so at every load."""
     bench = Bench(model, load_force={"gain_error_relative": 0.03})
-    found = bench.read("load_force", np.array([-2000.0, 1000.0]))
-    assert found == pytest.approx([-2060.0, 1030.0])
+    readings = bench.read("load_force", np.array([-2000.0, 1000.0]))
+    assert readings == pytest.approx([-2060.0, 1030.0])
 
 
 def test_offset_shifts_the_reading(model: Kernel) -> None:
@@ -63,15 +63,15 @@ def test_offset_shifts_the_reading(model: Kernel) -> None:
 def test_nonlinearity_is_odd_and_largest_at_full_scale(model: Kernel) -> None:
     """Half a percent at one span (10 kN), an eighth of a percent of span at half of it."""
     bench = Bench(model, load_force={"nonlinearity_relative": 0.005})
-    found = bench.read("load_force", np.array([1e4, 5e3, -5e3]))
-    assert found == pytest.approx([10050.0, 5012.5, -5012.5])
+    readings = bench.read("load_force", np.array([1e4, 5e3, -5e3]))
+    assert readings == pytest.approx([10050.0, 5012.5, -5012.5])
 
 
 def test_slope_asymmetry_has_two_slopes(model: Kernel) -> None:
     """Tension reads 1 % high and compression 1 % low."""
     bench = Bench(model, load_force={"slope_asymmetry_relative": 0.01})
-    found = bench.read("load_force", np.array([1000.0, -1000.0]))
-    assert found == pytest.approx([1010.0, -990.0])
+    readings = bench.read("load_force", np.array([1000.0, -1000.0]))
+    assert readings == pytest.approx([1010.0, -990.0])
 
 
 def test_crosstalk_adds_a_part_of_the_transverse_force(model: Kernel) -> None:
@@ -84,23 +84,23 @@ def test_crosstalk_adds_a_part_of_the_transverse_force(model: Kernel) -> None:
 def test_delay_reports_the_past(model: Kernel) -> None:
     """Two and a half ticks late: half of one old sample, half of the one before."""
     values = np.arange(10.0)
-    found = Bench(model, position={"delay_time": 2.5e-3}).read("position", values)
-    assert found[3:] == pytest.approx(values[3:] - 2.5)
-    assert np.all(found[:2] == 0.0)
+    readings = Bench(model, position={"delay_time": 2.5e-3}).read("position", values)
+    assert readings[3:] == pytest.approx(values[3:] - 2.5)
+    assert np.all(readings[:2] == 0.0)
 
 
 def test_noise_has_its_sigma_and_is_white(model: Kernel) -> None:
     """Standard deviation within 3 %, no correlation from tick to tick, normal tails."""
     bench = Bench(model, load_force={"noise_sigma": 16.7})
-    found = bench.read("load_force", np.zeros(10_000))
-    assert found.std() == pytest.approx(16.7, rel=0.03)
-    assert abs(found.mean()) < 4 * 16.7 / 100
-    whitened = np.correlate(found, found, "full")[10_000:10_020] / (found @ found)
+    readings = bench.read("load_force", np.zeros(10_000))
+    assert readings.std() == pytest.approx(16.7, rel=0.03)
+    assert abs(readings.mean()) < 4 * 16.7 / 100
+    whitened = np.correlate(readings, readings, "full")[10_000:10_020] / (readings @ readings)
     assert np.all(np.abs(whitened) < 0.05)
-    assert np.mean(np.abs(found) > 2 * 16.7) == pytest.approx(0.0455, abs=0.01)
+    assert np.mean(np.abs(readings) > 2 * 16.7) == pytest.approx(0.0455, abs=0.01)
 
 
-def test_each_channel_has_a_noise_of_its_own(model: Kernel) -> None:
+def test_each_channel_has_independent_noise(model: Kernel) -> None:
     """A channel's noise follows from seed and place alone: another channel more changes nothing."""
     bench = Bench(model, 5, position={"noise_sigma": 1.0})
     place = bench.sensors.names.index("position")
@@ -125,20 +125,20 @@ def test_noise_follows_its_seed(model: Kernel) -> None:
 def test_resolution_rounds_to_steps(model: Kernel) -> None:
     """Readings are whole steps and never more than half a step off."""
     values = np.linspace(-1e5, 1e5, 777)
-    found = Bench(model, pressure_a={"resolution_step": 6.1e3}).read("pressure_a", values)
-    assert found / 6.1e3 == pytest.approx(np.round(found / 6.1e3), abs=1e-9)
-    assert np.abs(found - values).max() <= 0.5 * 6.1e3 + 1e-6
+    readings = Bench(model, pressure_a={"resolution_step": 6.1e3}).read("pressure_a", values)
+    assert readings / 6.1e3 == pytest.approx(np.round(readings / 6.1e3), abs=1e-9)
+    assert np.abs(readings - values).max() <= 0.5 * 6.1e3 + 1e-6
 
 
-def test_measuring_range_clips_and_says_so(model: Kernel) -> None:
-    """Beyond an end the reading stays there and the flag tells which end."""
+def test_measuring_range_clips_and_sets_its_flag(model: Kernel) -> None:
+    """Beyond an end the reading stays there, and the flag names the end."""
     limits = {"measuring_range_upper": 5000.0, "measuring_range_lower": -5000.0}
     bench = Bench(model, load_force=limits)
-    seen = []
+    recorded = []
     for value in (-6000.0, 100.0, 6000.0):
         reading = bench.read("load_force", np.array([value]))[0]
-        seen.append((reading, bench.overrange("load_force")))
-    assert seen == [(-5000.0, -1), (100.0, 0), (5000.0, 1)]
+        recorded.append((reading, bench.overrange("load_force")))
+    assert recorded == [(-5000.0, -1), (100.0, 0), (5000.0, 1)]
 
 
 def test_hum_is_one_line_of_the_spectrum(model: Kernel) -> None:
@@ -153,17 +153,17 @@ def test_hum_is_one_line_of_the_spectrum(model: Kernel) -> None:
 def test_creep_adds_its_part_slowly(model: Kernel) -> None:
     """A held load ends 0.1 % higher, 63 % of that after one time constant."""
     bench = Bench(model, load_force={"creep_relative": 0.001, "creep_time_constant": 1.0})
-    found = bench.read("load_force", np.full(5000, 1000.0))
-    assert found[999] == pytest.approx(1000.0 + (1 - math.exp(-1)), abs=1e-3)
-    assert found[-1] == pytest.approx(1001.0, abs=0.01)
+    readings = bench.read("load_force", np.full(5000, 1000.0))
+    assert readings[999] == pytest.approx(1000.0 + (1 - math.exp(-1)), abs=1e-3)
+    assert readings[-1] == pytest.approx(1001.0, abs=0.01)
 
 
 def test_zero_drift_grows_with_time(model: Kernel) -> None:
     """1e-3 of the 10 kN span per second: 10 N after a second, starting at zero."""
     bench = Bench(model, load_force={"zero_drift_rate": 1e-3})
-    found = bench.read("load_force", np.zeros(1001))
-    assert found[0] == 0.0
-    assert found[-1] == pytest.approx(10.0)
+    readings = bench.read("load_force", np.zeros(1001))
+    assert readings[0] == 0.0
+    assert readings[-1] == pytest.approx(10.0)
 
 
 def test_velocity_estimator_is_the_mean_of_the_differences(model: Kernel) -> None:
@@ -172,10 +172,10 @@ def test_velocity_estimator_is_the_mean_of_the_differences(model: Kernel) -> Non
     position = 0.04 + np.cumsum(rng.normal(size=200)) * 1e-5
     n = 10
     bench = Bench(model, velocity={"velocity_estimator_window": n * PERIOD})
-    found = bench.read("velocity", position, signal="position")
+    readings = bench.read("velocity", position, signal="position")
     quotients = np.diff(position) / PERIOD
     means = np.convolve(quotients, np.ones(n) / n, "valid")
-    assert found[n:] == pytest.approx(means, abs=1e-9)
+    assert readings[n:] == pytest.approx(means, abs=1e-9)
 
 
 def test_velocity_estimator_trails_by_half_its_window(model: Kernel) -> None:
@@ -186,13 +186,13 @@ def test_velocity_estimator_trails_by_half_its_window(model: Kernel) -> None:
     gains = []
     for frequency in (5.0, 44.3, 100.0):
         w = 2 * math.pi * frequency
-        found = bench.read("velocity", 1e-2 * np.sin(w * t), signal="position")[1000:]
-        fundamental = 2 * np.mean(found * np.exp(-1j * w * t[1000:]))
+        readings = bench.read("velocity", 1e-2 * np.sin(w * t), signal="position")[1000:]
+        fundamental = 2 * np.mean(readings * np.exp(-1j * w * t[1000:]))
         gains.append(abs(fundamental) / (1e-2 * w))
     assert gains[0] == pytest.approx(1.0, abs=0.01)
     assert gains[1] == pytest.approx(math.sqrt(0.5), abs=0.02)
     assert gains[2] < 0.01
-    steps = found * 10e-3 / 3.5e-6
+    steps = readings * 10e-3 / 3.5e-6
     assert steps == pytest.approx(np.round(steps), abs=1e-6)
 
 

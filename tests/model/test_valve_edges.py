@@ -46,8 +46,8 @@ EDGES = {"sa": (1, "a", P_S), "at": (-1, "a", P_T), "sb": (-1, "b", P_S), "bt": 
 
 def one_unlike_three(make_plant: MakePlant, unlike: str, lap: float, gain: float) -> None:
     """Hold four edges against q = K_v (1 + g) (u - lap) sqrt(dp), with one of another land."""
-    own = {f"lap_{unlike}_lap": lap, f"gain_{unlike}_excess": gain}
-    plant = make_plant(pond(**own, valve_critical_reynolds_number=0.0, valve_laminar_width=1e3))
+    changes = {f"lap_{unlike}_lap": lap, f"gain_{unlike}_excess": gain}
+    plant = make_plant(pond(**changes, valve_critical_reynolds_number=0.0, valve_laminar_width=1e3))
     for edge, (sign, chamber, beyond) in EDGES.items():
         plant.set_pressures(80e5, 80e5)
         plant.state.spool_position = sign * 1e-3

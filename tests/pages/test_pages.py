@@ -81,8 +81,11 @@ def identified(_: Path) -> str:
         HOSTILE, HOSTILE, 1.0, "N", "N", (0.5, 1.5), 0.9, 700.0, None, (HOSTILE,), True, (),
         form=HOSTILE, words=HOSTILE,
     )  # fmt: skip
-    size = {"before": 2.0, "before_percent": 20.0, "after": 1.0, "after_percent": 10.0}
-    gap = {HOSTILE: {"training": size}}
+    size = {
+        "before": 2.0, "before_rms": 2.0, "before_percent": 20.0,
+        "after": 1.0, "after_rms": 1.0, "after_percent": 10.0,
+    }  # fmt: skip
+    gap = {"load_force": {"training": size}}
     values = {HOSTILE: Refitted(1.0, 1.1, 0.9, 1.3, "N", "N")}
     return report(
         Result(
@@ -92,7 +95,7 @@ def identified(_: Path) -> str:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(("made", "times"), [(characterised, 12), (judged, 7), (identified, 15)])
+@pytest.mark.parametrize(("made", "times"), [(characterised, 12), (judged, 7), (identified, 13)])
 def test_a_hostile_name_is_text(made: Callable[[Path], str], times: int, tmp_path: Path) -> None:
     """Whatever a file, a test or an effect is called: it is shown as it is, and runs nothing."""
     page = Page(made(tmp_path))
@@ -111,5 +114,5 @@ def test_numbers_stand_to_the_right(tmp_path: Path) -> None:
     """Whatever begins like a number does; a word does not."""
     right = re.findall(r'<td class="number">([^<]*)', identified(tmp_path))
     effect = ["1", "0.5 ... 1.5", "90 %", "700"]
-    assert right[:6] == [*effect, "2 (20 %)", "1 (10 %)"]
+    assert right[:6] == [*effect, "2 (20)", "1 (10)"]
     assert right[6:] == ["1", "1.1", "0.9 ... 1.3", "+10.0 %"]

@@ -186,7 +186,10 @@ def test_partners_hear_no_own_frames_and_take_turns_on_a_wire(tmp_path: Path) ->
         (('checksum_signal = "Crc"', 'checksum_signal = "Alive"'), "is not one whole byte"),
         (("data_ids = [10, ", "data_ids = ["), "needs 16 data_ids"),
         (('name = "pump"', 'name = "pmup"'), "names no message that pmup sends"),
-        (('"supply_pressure"', "{ constant = 'high' }"), "has no value 'high'; there are none"),
+        (
+            ('"supply_pressure"', "{ constant = 'high' }"),
+            "has no value 'high'; there are no values",
+        ),
         (('"sae_j1850"', '"crc8"'), "'sae_j1850'"),
     ],
 )

@@ -1,7 +1,7 @@
 """For each service of a node a session in which it acts, by its name in `device/services.py`.
 
-The script of a session says what happens besides a set point and a SYNC in each tick. It has to let
-the service act while the node is on the fast path, or keep it off.
+The script of a session lists actions in addition to a set point and a SYNC in each tick. In the
+session the service must act while the node is on the fast path, or keep it off the fast path.
 """
 
 import dataclasses
@@ -21,10 +21,10 @@ from hil_emulator.platform.paths import shipped
 Script = Mapping[int, Iterable[Action]]
 
 LOOK: Action = ("look",)
-SILENT: Action = ("said",)
-ONLY_SYNC: Action = ("said", SYNC)
-SHORT_RPDO: Action = ("said", Frame(0x205, b"\1"), SYNC)
-SET_POINT: Action = ("said", Frame(0x205, bytes(4)), SYNC)
+SILENT: Action = ("replaced",)
+ONLY_SYNC: Action = ("replaced", SYNC)
+SHORT_RPDO: Action = ("replaced", Frame(0x205, b"\1"), SYNC)
+SET_POINT: Action = ("replaced", Frame(0x205, bytes(4)), SYNC)
 
 machine = functools.cache(reference)
 
@@ -34,9 +34,9 @@ class ServiceSession:
     """A session in which a service acts.
 
     Attributes:
-        script: what happens, by tick.
-        ticks: how long it takes.
-        configured: returns the machine; files that it needs are written to a folder.
+        script: actions by tick.
+        ticks: length of the session.
+        configured: returns the machine; its files are written to a folder.
 
     """
 
@@ -87,7 +87,7 @@ def _with_program(folder: Path) -> Configuration:
 
 
 def _producing(index: int, cob_id: int) -> Action:
-    """Return what lets the node produce SYNC or TIME (bit 30)."""
+    """Return the action that makes the node produce SYNC or TIME (bit 30)."""
     return _requests(write(index, 0, 1 << 30 | cob_id, 4))
 
 
@@ -143,8 +143,8 @@ SESSIONS: dict[str, ServiceSession] = {
     }),
     "sync": ServiceSession({  # TPDOs of each and of every third SYNC; a SYNC of a wrong length
         10: [_requests(*typed(1, 1))], 30: [_requests(*typed(2, 3))],
-        50: [("said", Frame(0x80, b"\1"))], 60: [("said", SYNC, SYNC)],
-        70: [_requests(write(0x1019, 0, 4, 1))], 80: [("said", Frame(0x80, b"\2"))],
+        50: [("replaced", Frame(0x80, b"\1"))], 60: [("replaced", SYNC, SYNC)],
+        70: [_requests(write(0x1019, 0, 4, 1))], 80: [("replaced", Frame(0x80, b"\2"))],
     }),
     "sync_producer": ServiceSession({
         **{t: [SET_POINT] for t in range(10, 20)},

@@ -1,4 +1,4 @@
-"""A session of a master with the reference machine, for comparing two ways of going through it."""
+"""A session of a master with the reference machine, for comparison of two runs."""
 
 import struct
 from collections.abc import Iterable, Mapping, Sequence
@@ -14,7 +14,7 @@ SYNC = Frame(0x080)
 REQUEST = 0x600 + NODE
 
 Action = tuple[Any, ...]
-"""What happens besides set points and SYNC: a word for what, and with what."""
+"""An action in addition to set points and SYNC: its kind and its arguments."""
 
 _BEFALLEN = {"message": "tpdo1", "object": "0x2020"}
 
@@ -23,7 +23,7 @@ FAULTS = [
     for kind in KINDS
     if not getattr(kind, "needs_time", False) and "lines" not in kind.targets
 ]
-"""A target for each kind of fault that the reference machine can have, without lines, and it."""
+"""A target and a kind for each fault of the reference machine, without lines."""
 
 
 def nmt(command: int) -> Frame:
@@ -43,7 +43,7 @@ def write(index: int, subindex: int, value: int, size: int) -> Frame:
 
 
 def typed(number: int, kind: int, timer_ms: int = 0, inhibit: int = 0) -> list[Frame]:
-    """Return what gives a TPDO a transmission type, an event timer and an inhibit time."""
+    """Return the frames that set transmission type, event timer and inhibit time of a TPDO."""
     record, can_id = 0x1800 + number - 1, 0x180 + 0x100 * (number - 1) + NODE
     return [
         write(record, 1, 1 << 31 | can_id, 4), write(record, 2, kind, 1),
@@ -52,25 +52,25 @@ def typed(number: int, kind: int, timer_ms: int = 0, inhibit: int = 0) -> list[F
 
 
 def remapped(number: int, words: Sequence[int]) -> list[Frame]:
-    """Return what lets a TPDO carry other objects."""
+    """Return the frames that map other objects into a TPDO."""
     record, mapping = 0x1800 + number - 1, 0x1A00 + number - 1
     can_id = 0x180 + 0x100 * (number - 1) + NODE
-    told = [write(mapping, place, word, 4) for place, word in enumerate(words, 1)]
+    entries = [write(mapping, place, word, 4) for place, word in enumerate(words, 1)]
     return [
-        write(record, 1, 1 << 31 | can_id, 4), write(mapping, 0, 0, 1), *told,
+        write(record, 1, 1 << 31 | can_id, 4), write(mapping, 0, 0, 1), *entries,
         write(mapping, 0, len(words), 1), write(record, 1, can_id, 4),
     ]  # fmt: skip
 
 
 @dataclass
 class Session:
-    """What was seen of a run.
+    """The results of a run.
 
     Attributes:
         frames: by tick.
-        objects: every value of the dictionary, where somebody looked.
-        ticks_on_fast_path: how many ticks ended with the node on the fast path; not compared.
-        services: those of the node, by name; not compared.
+        objects: every value of the dictionary, at each action "look".
+        ticks_on_fast_path: number of ticks that ended with the node on the fast path; not compared.
+        services: services of the node, by name; not compared.
 
     """
 
@@ -80,36 +80,36 @@ class Session:
     services: dict[str, object] = field(default_factory=dict, compare=False)
 
     def run(self, bench: Bench, script: Mapping[int, Iterable[Action]], ticks: int) -> None:
-        """Let ticks pass, with a set point and a SYNC in each, and what a script adds."""
+        """Execute ticks with a set point and a SYNC in each, and the actions of a script."""
         waiting: list[Frame] = []
         for tick in range(ticks):
             sent: list[Frame] = []
-            said = [Frame(0x200 + NODE, struct.pack("<i", 4000 * (tick % 300))), SYNC]
+            frames = [Frame(0x200 + NODE, struct.pack("<i", 4000 * (tick % 300))), SYNC]
             for action in script.get(tick, ()):
-                said = self._act(bench, action, said, sent, waiting)
+                frames = self._act(bench, action, frames, sent, waiting)
             if waiting:  # one request at a time, as a master does
                 sent.append(waiting.pop(0))
-            answer = bench.tick(*sent, *said)
+            answer = bench.tick(*sent, *frames)
             self.frames += [(tick, frame) for frame in answer]
             self.ticks_on_fast_path += bench.rig.nodes[0].fast_path.on
         self.look(bench)
 
     def look(self, bench: Bench) -> None:
-        """Note the value of every object."""
+        """Store the value of every object."""
         (node,) = bench.rig.nodes
         self.objects.append([(entry.where, entry.value) for entry in node.dictionary])
 
     def _act(
-        self, bench: Bench, action: Action, said: list[Frame], sent: list[Frame],
+        self, bench: Bench, action: Action, frames: list[Frame], sent: list[Frame],
         waiting: list[Frame],
     ) -> list[Frame]:  # fmt: skip
-        """Do what the script says; return what becomes of set point and SYNC in this tick."""
+        """Execute an action of the script; return set point and SYNC of this tick."""
         what, *how = action
         if what == "frames":
             sent += how
         elif what == "requests":
             waiting += how
-        elif what == "said":
+        elif what == "replaced":
             return list(how)
         elif what == "fault":
             target, kind, duration = how
@@ -121,4 +121,4 @@ class Session:
             bench.rig.serve(how)
         elif what == "look":
             self.look(bench)
-        return said
+        return frames

@@ -1,4 +1,4 @@
-"""What a run's model knows: the effects that are on, and those that a fault can switch on."""
+"""Effects in a run's model: those that are on, and those that a fault can switch on."""
 
 import dataclasses
 
@@ -17,7 +17,7 @@ from hil_emulator.simulation.assembly import compiled
 
 
 def driven(config: Configuration, changes: dict[str, float]) -> np.ndarray:
-    """Return signals and readings of 300 ms out and back, parameters changed halfway."""
+    """Return signals and readings of a motion of 300 ms, with parameters changed halfway."""
     model = compiled(config.effects, cache_folder())
     plant = Plant(model, config.plant, config.step)
     sensors = Sensors(model, config.sensors, 1e-3, np.random.default_rng(config.seed))
@@ -33,8 +33,8 @@ def driven(config: Configuration, changes: dict[str, float]) -> np.ndarray:
     return np.array(rows)
 
 
-def test_what_is_left_out_leaves_no_trace() -> None:
-    """Signals and readings are those of the whole catalogue, bit by bit, also under faults."""
+def test_effects_that_are_left_out_do_not_change_the_result() -> None:
+    """Signals and readings are bit-identical to the whole catalogue, also with faults."""
     config = reference()
     lean = acting(config)
     assert len(lean.effects) < len(config.effects) / 2
@@ -53,7 +53,7 @@ def test_a_fault_finds_its_parameter_where_nothing_is_on(kind: PlantFaultKind) -
 
 
 def test_an_effect_that_is_off_in_all_channels_is_left_out_with_its_shape() -> None:
-    """A creep that one channel has is known; a lag of zero is gone, and so is its value."""
+    """A creep in one channel is kept; a lag of zero is left out, with its value."""
     config = reference()
     sensors = {**config.sensors}
     sensors["position"] = config.sensors["position"] | {"lag_time_constant": 0.0}
@@ -70,7 +70,7 @@ def test_an_effect_that_is_off_in_all_channels_is_left_out_with_its_shape() -> N
 
 
 def test_sensors_without_any_effect_read_the_signal() -> None:
-    """Ideal channels report what they measure, and are within their range."""
+    """Ideal channels report the measured quantity, and are within their range."""
     config = reference()
     lean = acting(dataclasses.replace(config, sensors={name: {} for name in config.sensors}))
     model = kernel.build(lean.effects, compiled=False)
@@ -82,7 +82,7 @@ def test_sensors_without_any_effect_read_the_signal() -> None:
 
 
 def test_a_configuration_is_compiled_once() -> None:
-    """A second start takes the machine code of the first from the cache."""
+    """A second start loads the machine code of the first from the cache."""
     lean = acting(reference())
     for _ in range(2):
         model = kernel.build(lean.effects, cache_folder())

@@ -1,4 +1,4 @@
-"""The clocks: when a tick may begin."""
+"""The clocks, which decide when a tick begins."""
 
 import itertools
 import time
@@ -21,7 +21,7 @@ MS = 1_000_000
 
 
 class Wall:
-    """A wall clock of the test's own: time passes in sleep, and when the test says so."""
+    """A simulated wall clock: time passes in `sleep`, and when the test advances it."""
 
     def __init__(self) -> None:
         self.ns = 5_000 * MS
@@ -32,23 +32,23 @@ class Wall:
         return self.ns
 
     def sleep(self, seconds: float) -> None:
-        """Let the time pass, and a little more."""
+        """Advance the time, and by a little more."""
         self.ns += round(seconds * 1e9) + self.oversleeps_ns
 
 
 def clock_on(wall: Wall) -> WallClock:
-    """Return a clock of 1 ms ticks on a wall."""
+    """Return a clock with ticks of 1 ms on a simulated wall clock."""
     return WallClock(MS, now=wall.now, sleep=wall.sleep)
 
 
 def test_lock_step_never_waits() -> None:
-    """In lock-step any moment may begin at once, and nothing is late."""
+    """In lock-step every tick begins at once, without delay."""
     clock = LockStep()
     assert [clock.wait_until(t * MS) for t in (0, 1, 1_000_000)] == [0, 0, 0]
 
 
 def test_wall_clock_deadlines_are_absolute() -> None:
-    """Oversleeping by 50 us every time is 50 us of lateness, not a drift."""
+    """A wait that is 50 us too long each time gives 50 us of lateness, not a drift."""
     wall = Wall()
     wall.oversleeps_ns = 50_000
     clock = clock_on(wall)
@@ -61,14 +61,14 @@ def test_wall_clock_deadlines_are_absolute() -> None:
 
 @pytest.mark.parametrize("seconds", [0.0, 0.5 * AWAKE, 5.0 * AWAKE])
 def test_a_wait_never_ends_early(seconds: float) -> None:
-    """Asleep or awake, what was asked for has passed."""
+    """At the end of a wait the requested time has passed, with sleep or busy waiting."""
     begin = time.perf_counter()
     sleep_punctually(seconds)
     assert time.perf_counter() - begin >= seconds
 
 
 def test_a_little_delay_is_made_up() -> None:
-    """After a tick that took 1.4 periods the next one begins 0.4 late, the one after in time."""
+    """After a tick of 1.4 periods the next tick begins 0.4 periods late, the one after in time."""
     wall = Wall()
     clock = clock_on(wall)
     clock.wait_until(0)
@@ -77,8 +77,8 @@ def test_a_little_delay_is_made_up() -> None:
     assert clock.wait_until(2 * MS) == 0
 
 
-def test_a_long_stall_is_no_reason_for_a_burst() -> None:
-    """After a stall of ten periods the ticks go on one period apart, none of them skipped."""
+def test_a_long_stall_causes_no_burst() -> None:
+    """After a stall of ten periods the ticks continue at their period, and no tick is skipped."""
     wall = Wall()
     clock = clock_on(wall)
     clock.wait_until(0)
@@ -93,7 +93,7 @@ def test_a_long_stall_is_no_reason_for_a_burst() -> None:
 
 
 class ScriptedBus:
-    """A bus on which batches of frames arrive, one batch each time somebody waits."""
+    """A bus on which one batch of frames arrives in each wait."""
 
     def __init__(self, batches: Iterable[Sequence[Frame]]) -> None:
         self.batches = deque(batches)
@@ -101,16 +101,16 @@ class ScriptedBus:
         self.sent: list[Frame] = []
 
     def receive(self) -> list[Frame]:
-        """Return what has arrived."""
+        """Return the frames received."""
         frames, self.arrived = self.arrived, []
         return frames
 
     def send(self, frames: Iterable[Frame]) -> None:
-        """Keep what is sent."""
+        """Store the frames sent."""
         self.sent += frames
 
     def wait(self, timeout: float) -> bool:
-        """Let the next batch arrive; the test ends when there is none."""
+        """Make the next batch arrive; the test ends after the last batch."""
         if not self.batches:
             raise TimeoutError
         self.arrived += self.batches.popleft()
@@ -123,7 +123,7 @@ SET_POINT = Frame(0x205, bytes(4))
 
 
 def test_each_sync_lets_one_period_pass() -> None:
-    """Three SYNC messages of 2 ms let six ticks of 1 ms begin, and no seventh."""
+    """Three SYNC messages of 2 ms release six ticks of 1 ms, not seven."""
     clock = FollowSync(ScriptedBus([[SYNC], [SYNC, SYNC]]), 2 * MS)
     for k in range(6):
         assert clock.wait_until(k * MS) == 0
@@ -132,7 +132,7 @@ def test_each_sync_lets_one_period_pass() -> None:
 
 
 def test_a_sync_reaches_the_tick_it_releases() -> None:
-    """SYNC messages that arrive together are handed on one per tick, frames before them too."""
+    """SYNC messages that arrive together are passed one per tick, with the frames before them."""
     clock = FollowSync(ScriptedBus([[SYNC, SET_POINT, SYNC]]), MS)
     clock.wait_until(0)
     assert clock.receive() == [SYNC, SET_POINT]
@@ -140,7 +140,7 @@ def test_a_sync_reaches_the_tick_it_releases() -> None:
     assert clock.receive() == [SYNC]
 
 
-def test_a_master_is_served_while_time_stands_still() -> None:
+def test_a_master_is_served_while_time_is_stopped() -> None:
     """Before the first SYNC other frames are answered, so that the node can be configured."""
     served: list[Frame] = []
     clock = FollowSync(ScriptedBus([[SDO], [SDO, SYNC]]), MS)

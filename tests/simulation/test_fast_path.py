@@ -1,4 +1,4 @@
-"""On the fast path a node sends what its services would send: the same frames, the same objects."""
+"""On and off the fast path a node sends the same frames and has the same objects."""
 
 import dataclasses
 from collections.abc import Iterator
@@ -23,7 +23,7 @@ from hil_emulator.simulation.fast_path_nodes import FastPathNodes
 POSITION, PRESSURE, COUNTER, TIME, FORCE = (
     0x20200020, 0x20100010, 0x20400010, 0x20410020, 0x20300020,
 )  # fmt: skip
-"""Mapping words of what a TPDO may carry."""
+"""Mapping words of objects that a TPDO may carry."""
 
 OFF_FAST_PATH = patch.object(FastPathNodes, "enter", lambda self: None)
 
@@ -36,23 +36,23 @@ def service_names() -> list[str]:
 
 
 def session(script: Script, ticks: int) -> Session:
-    """Return what is seen of a session with the reference machine."""
+    """Return the results of a session with the reference machine."""
     return played(ServiceSession(script, ticks), Path())
 
 
 def played(given: ServiceSession, folder: Path) -> Session:
-    """Return what is seen of a session."""
-    seen = Session()
+    """Return the results of a session."""
+    results = Session()
     with bench(given.configured(folder)) as b:
         b.ticks(2)
         b.tick(START)
-        seen.run(b, given.script, given.ticks)
-        seen.services = dict(b.rig.nodes[0]._services.by_name)
-    return seen
+        results.run(b, given.script, given.ticks)
+        results.services = dict(b.rig.nodes[0]._services.by_name)
+    return results
 
 
 def compare(script: Script, ticks: int) -> Session:
-    """Demand the same of a session with and without the fast path; return it."""
+    """Check that a session has the same results with and without the fast path; return them."""
     fast = session(script, ticks)
     with OFF_FAST_PATH:
         ordinary = session(script, ticks)
@@ -63,9 +63,9 @@ def compare(script: Script, ticks: int) -> Session:
 
 @pytest.mark.parametrize("name", service_names())
 def test_a_service_acts_the_same_on_and_off_the_fast_path(name: str, tmp_path: Path) -> None:
-    """All frames and objects are equal; without what the service declares they would not be.
+    """All frames and objects are equal; without the service's declaration they differ.
 
-    A service that declares `NEVER` is not needed on the fast path, so no session could show it.
+    A service that declares `NEVER` is not needed on the fast path, so no session depends on it.
     """
     assert name in SESSIONS, (
         f"Services.{name} has no session: add one to SESSIONS in tests/simulation/"
@@ -83,7 +83,7 @@ def test_a_service_acts_the_same_on_and_off_the_fast_path(name: str, tmp_path: P
 
 
 def test_a_service_without_a_declaration_keeps_its_node_off_the_fast_path() -> None:
-    """Whatever it is: nothing is known of when it acts."""
+    """Any object without the declaration may act at any time."""
     with bench(machine()) as b:
         services = b.rig.nodes[0]._services
         services.added = object()  # type: ignore[attr-defined]
@@ -95,13 +95,13 @@ def test_a_service_without_a_declaration_keeps_its_node_off_the_fast_path() -> N
 
 def test_a_node_that_only_repeats_itself_is_on_the_fast_path() -> None:
     """Set points, SYNC and four TPDOs in each tick, and heartbeats."""
-    seen = compare({}, 500)
-    assert seen.ticks_on_fast_path > 450
-    assert {0x185, 0x285, 0x385, 0x485, 0x705} <= {frame.can_id for _, frame in seen.frames}
+    results = compare({}, 500)
+    assert results.ticks_on_fast_path > 450
+    assert {0x185, 0x285, 0x385, 0x485, 0x705} <= {frame.can_id for _, frame in results.frames}
 
 
 def test_reading_an_object_in_every_tick_shows_every_sample() -> None:
-    """By SDO and in the dictionary: no object lags behind for who looks at it."""
+    """By SDO and in the dictionary an object that is read is up to date."""
     asked = (0x2020, 0x2040, 0x2041, 0x2010)
     script = {t: [("frames", read(asked[t % 4])), ("look",)] for t in range(100)}
     compare(script, 120)
@@ -109,9 +109,9 @@ def test_reading_an_object_in_every_tick_shows_every_sample() -> None:
 
 @pytest.mark.parametrize(("target", "kind"), FAULTS)
 def test_a_fault_acts_the_same_on_and_off_the_fast_path(target: str, kind: str) -> None:
-    """Faults of every kind, begun and ended while the node is on the fast path."""
-    seen = compare({50: [("fault", target, kind, "60 ms")], 110: [("look",)]}, 200)
-    assert seen.ticks_on_fast_path >= 50
+    """Faults of every kind begin and end while the node is on the fast path."""
+    results = compare({50: [("fault", target, kind, "60 ms")], 110: [("look",)]}, 200)
+    assert results.ticks_on_fast_path >= 50
 
 
 KINDS = [(0, 0, 0), (1, 0, 0), (3, 0, 0), (252, 0, 0), (253, 0, 0), (254, 0, 0), (255, 0, 0),
@@ -121,20 +121,21 @@ KINDS = [(0, 0, 0), (1, 0, 0), (3, 0, 0), (252, 0, 0), (253, 0, 0), (254, 0, 0),
 
 @pytest.mark.parametrize(("kind", "timer", "inhibit"), KINDS)
 def test_every_transmission_type_is_kept(kind: int, timer: int, inhibit: int) -> None:
-    """Synchronous, on request and event-driven TPDOs come as they came, asked for or not."""
+    """Synchronous, requested and event-driven TPDOs are sent at the same times."""
     asked: list[Action] = [("frames", Frame(0x285, remote=True))]
     script: Script = {
-        20: [("requests", *typed(2, kind, timer, inhibit))], 60: asked, 61: [("said", SYNC, SYNC)],
-        62: [SILENT], 63: asked, 90: [("said", SYNC)], 91: [SILENT],
+        20: [("requests", *typed(2, kind, timer, inhibit))], 60: asked,
+        61: [("replaced", SYNC, SYNC)],
+        62: [SILENT], 63: asked, 90: [("replaced", SYNC)], 91: [SILENT],
     }  # fmt: skip
     compare(script, 150)
 
 
 def two_nodes() -> tuple[list[Frame], int]:
-    """Return what two nodes of a rig send, and in how many ticks both are on the fast path.
+    """Return the frames of two nodes of a rig, and the number of ticks with both on the fast path.
 
-    One is remapped and reset. The other produces a heartbeat that the first consumes, and its
-    third TPDO comes on request.
+    One node is remapped and reset. The other produces a heartbeat that the first consumes, and its
+    third TPDO is sent on request.
     """
     first = machine().nodes[0]
     second = dataclasses.replace(first, id=6, commands={"valve_current": 0.0})
@@ -157,7 +158,7 @@ def two_nodes() -> tuple[list[Frame], int]:
 
 
 def test_each_of_several_nodes_enters_the_fast_path_by_itself() -> None:
-    """A node that is remapped moves its neighbour's part of the record, and nothing else."""
+    """Remapping a node only moves the other node's part of the record."""
     heard, ticks = two_nodes()
     with OFF_FAST_PATH:
         assert two_nodes() == (heard, 0)
@@ -166,7 +167,7 @@ def test_each_of_several_nodes_enters_the_fast_path_by_itself() -> None:
 
 
 def actions() -> Iterator[st.SearchStrategy[Action]]:
-    """Yield what may happen in a session."""
+    """Yield the possible actions of a session."""
     words = st.lists(
         st.sampled_from([POSITION, PRESSURE, COUNTER, TIME, FORCE]), min_size=1, max_size=3
     )
@@ -181,7 +182,7 @@ def actions() -> Iterator[st.SearchStrategy[Action]]:
     yield st.lists(
         st.sampled_from([SYNC, Frame(0x80, b"\2"), Frame(0x205, b"\1"), Frame(0x205, bytes(4))]),
         max_size=4,
-    ).map(lambda frames: ("said", *frames))
+    ).map(lambda frames: ("replaced", *frames))
     yield st.sampled_from([0x185, 0x485, 0x705]).map(lambda i: ("frames", Frame(i, remote=True)))
     yield st.builds(
         lambda fault, ms: ("fault", *fault, f"{ms} ms"), st.sampled_from(FAULTS), st.integers(1, 30)
@@ -200,5 +201,5 @@ SCRIPTS = st.dictionaries(
           suppress_health_check=list(HealthCheck))  # fmt: skip
 @given(SCRIPTS)
 def test_events_of_all_kinds_act_the_same_on_and_off_the_fast_path(script: Script) -> None:
-    """In any order."""
+    """Actions of all kinds in any order give the same frames and objects."""
     compare(script, 300)

@@ -1,4 +1,4 @@
-"""Nodes by anybody's EDS: what they show, say and answer, asked by a stock master."""
+"""Nodes with the EDS of any maker: objects, frames and answers to a stock master."""
 
 import struct
 from pathlib import Path
@@ -14,8 +14,8 @@ OPERATIONAL, PRE_OPERATIONAL = 5, 127
 WAITING = 0
 
 
-def test_a_makers_transmitter_speaks_in_its_own_layout(tmp_path: Path) -> None:
-    """The PV in tenths of a bar as 0x6131 and 0x6132 say, status, and a temperature that stands."""
+def test_a_makers_transmitter_uses_its_layout(tmp_path: Path) -> None:
+    """The PV is in tenths of a bar by 0x6131 and 0x6132, with status and a constant temperature."""
     with plant(tmp_path, NODE + 'map = { "0x7130:1" = "pressure_a" }\n') as rig:
         rig.network.nmt.send_command(1)
         rig.emulator.run_for("100 ms")
@@ -26,7 +26,7 @@ def test_a_makers_transmitter_speaks_in_its_own_layout(tmp_path: Path) -> None:
 
 
 def test_without_a_map_it_is_a_silent_partner(tmp_path: Path) -> None:
-    """Boot-up and answers, the heartbeat a master asks for, and defaults in its PDO."""
+    """It boots, answers, sends the configured heartbeat, and has defaults in its PDO."""
     with plant(tmp_path, NODE) as rig:
         assert rig.data(0x707) == [b"\0"]
         node = rig.master(7)
@@ -40,8 +40,8 @@ def test_without_a_map_it_is_a_silent_partner(tmp_path: Path) -> None:
         assert rig.data(0x187)[0] == struct.pack("<hBh", 0, 0, 250)
 
 
-def test_a_digit_may_be_said_in_the_configuration(tmp_path: Path) -> None:
-    """`unit` is what one digit stands for, whatever the EDS states; one channel at two objects."""
+def test_a_digit_may_be_set_in_the_configuration(tmp_path: Path) -> None:
+    """`unit` is the value of a digit, with priority over the EDS; one channel at two objects."""
     text = """
         [node.map]
         "0x7130:1" = { channel = "supply_pressure", unit = "1 mbar" }
@@ -56,7 +56,7 @@ def test_a_digit_may_be_said_in_the_configuration(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("said", "shown"),
+    ("course", "shown"),
     [
         ("300", [300, 300, 300]),
         ('{ ramp = [100, 300], time = "20 ms" }', [210, 300, 300]),
@@ -68,10 +68,10 @@ def test_a_digit_may_be_said_in_the_configuration(tmp_path: Path) -> None:
         ('{ ramp = ["1 bar", "3 bar"], time = "20 ms", unit = "1 kPa" }', [210, 300, 300]),
     ],
 )
-def test_objects_follow_a_course(tmp_path: Path, said: str, shown: list[int]) -> None:
+def test_objects_follow_a_course(tmp_path: Path, course: str, shown: list[int]) -> None:
     """A constant, a ramp, a table or a CSV file, within the type; values at 11, 21 and 31 ms."""
     (tmp_path / "oil.csv").write_text("time,water,oil\n0,1,30\n0.02,1,50\n")
-    with plant(tmp_path, NODE + f'autostart = true\nmap = {{ "0x2090" = {said} }}\n') as rig:
+    with plant(tmp_path, NODE + f'autostart = true\nmap = {{ "0x2090" = {course} }}\n') as rig:
         rig.emulator.run_for("40 ms")
         assert rig.times(0x187) == [11, 21, 31]
         assert [struct.unpack("<hBh", data)[2] for data in rig.data(0x187)] == shown
@@ -97,7 +97,7 @@ def test_the_eds_may_start_the_node(tmp_path: Path, startup: int, state: int) ->
 
 
 def test_identity_is_the_configurations(tmp_path: Path) -> None:
-    """Vendor, product, revision, serial number and name stand in for those of the file."""
+    """Vendor, product, revision, serial number and name replace those of the file."""
     identity = 'identity = { vendor_id = 1, product_code = 2, device_name = "X" }\n'
     with plant(tmp_path, NODE + "serial_number = 99\n" + identity) as rig:
         sdo = rig.master(7).sdo
@@ -106,7 +106,7 @@ def test_identity_is_the_configurations(tmp_path: Path) -> None:
 
 
 def test_three_transmitters_have_one_eds(tmp_path: Path) -> None:
-    """Each shows its own channel, and none the others'."""
+    """Each transmitter shows only its channel."""
     channels = ("pressure_a", "pressure_b", "supply_pressure")
     text = "".join(
         NODE.replace("7", str(7 + n), 1) + f'map = {{ "0x7130:1" = "{channel}" }}\n'
@@ -125,7 +125,7 @@ def test_three_transmitters_have_one_eds(tmp_path: Path) -> None:
 def test_a_new_device_gets_its_node_id_by_lss(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Two of a kind without node-ID say nothing until a stock master has given them one."""
+    """Two equal nodes without a node-ID are silent until a stock master assigns node-IDs."""
     monkeypatch.setattr("canopen.lss.time.sleep", lambda seconds: None)
     monkeypatch.setattr(canopen.lss.LssMaster, "RESPONSE_TIMEOUT", 0)
     unconfigured = NODE.replace("id = 7", 'id = "unconfigured"')
@@ -174,8 +174,8 @@ def test_a_new_device_gets_its_node_id_by_lss(
         ('commands = ["valve_current"]', "no RPDO-mappable object 'valve_current'"),
     ],
 )
-def test_a_mistake_is_said_with_its_place(tmp_path: Path, text: str, message: str) -> None:
-    """What does not fit the file or the world is refused before anything runs."""
+def test_a_mistake_is_reported_with_its_place(tmp_path: Path, text: str, message: str) -> None:
+    """Wrong entries are refused before the run."""
     with pytest.raises(UserError) as refusal, plant(tmp_path, NODE + text + "\n"):
         pass
     assert message in str(refusal.value)

@@ -1,4 +1,4 @@
-"""The shipped foreign plant: a PLC configures valve, transmitter and encoder by DCF, and drives."""
+"""The shipped foreign plant: a PLC configures valve, transmitter and encoder by DCF."""
 
 import itertools
 import struct
@@ -66,7 +66,7 @@ def plc() -> Iterator[Plc]:
 
 
 def test_the_valve_is_activated_and_moves_the_piston(plc: Plc) -> None:
-    """By the states of CiA 408 to ACTIVE; the encoder counts what the valve does."""
+    """The valve is activated by the states of CiA 408, and the encoder shows the motion."""
     begin = plc.emulator.signals.position
     for control in ACTIVATION:
         status, _ = plc.command(control, 0)
@@ -80,16 +80,16 @@ def test_the_valve_is_activated_and_moves_the_piston(plc: Plc) -> None:
     assert steps * 5e-6 == pytest.approx(plc.emulator.signals.position, abs=2e-3)
 
 
-def test_what_the_dcf_limits_is_limited(plc: Plc) -> None:
-    """0x6320 and 0x6321 let half of the set point through."""
+def test_limits_of_the_dcf_apply(plc: Plc) -> None:
+    """0x6320 and 0x6321 limit the set point to 50 %."""
     for control in ACTIVATION:
         plc.command(control, 0)
     assert plc.command(0x0F, 16384)[1] == 8192
     assert plc.command(0x0F, -16384)[1] == -8192
 
 
-def test_the_transmitter_speaks_as_it_was_told(plc: Plc) -> None:
-    """Its PDO is the DCF's: pressure in hundredths of a bar, status, every 10 ms."""
+def test_the_transmitter_uses_the_pdo_of_the_dcf(plc: Plc) -> None:
+    """Its PDO has pressure in hundredths of a bar and status, every 10 ms."""
     plc.emulator.run_for("50 ms")
     value, status = struct.unpack("<hB", plc.heard[TRANSMITTER])
     assert value / 100 == pytest.approx(plc.emulator.signals.pressure_a / 1e5, abs=0.5)
@@ -99,8 +99,8 @@ def test_the_transmitter_speaks_as_it_was_told(plc: Plc) -> None:
     assert {b - a for a, b in itertools.pairwise(times)} == {10}
 
 
-def test_the_valve_notices_that_the_controller_has_gone(plc: Plc) -> None:
-    """0x1016: without its heartbeat EMCY 0x8130 after 100 ms, and the valve holds."""
+def test_the_valve_detects_a_lost_controller(plc: Plc) -> None:
+    """By 0x1016: without heartbeat EMCY 0x8130 is sent after 100 ms, and the valve goes to HOLD."""
     for control in ACTIVATION:
         plc.command(control, 0)
     plc.command(0x0F, 3000)
@@ -114,8 +114,8 @@ def test_the_valve_notices_that_the_controller_has_gone(plc: Plc) -> None:
 
 
 @pytest.mark.parametrize("node_id", DEVICES)
-def test_the_files_are_read_alike_by_stock_tools(node_id: int) -> None:
-    """EDS and DCF differ in the parameter values alone; the DCF tells its node-ID."""
+def test_stock_tools_read_the_files_the_same(node_id: int) -> None:
+    """EDS and DCF differ only in the parameter values and the node-ID."""
     name = DEVICES[node_id]
     assert commissioned(dcf(node_id)) == node_id
     plain = canopen.import_od(str(FOLDER / f"{name}.eds"), node_id)

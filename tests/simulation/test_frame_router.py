@@ -1,4 +1,4 @@
-"""What the nodes of a rig hear of each other and of the bus."""
+"""Frames that the nodes of a rig receive from each other and from the bus."""
 
 import dataclasses
 import struct
@@ -14,7 +14,7 @@ from hil_emulator.simulation.frame_router import FrameRouter
 
 @dataclass(eq=False)
 class Listener:
-    """A node as far as router goes."""
+    """A node with the attributes that the router uses."""
 
     hears: dict[int, bool]
     asked: frozenset[int] = frozenset()
@@ -22,13 +22,13 @@ class Listener:
 
 
 def heard(router: FrameRouter, *frames: Frame, everything: bool = False) -> list[list[int]]:
-    """Return the COB-IDs that each node hears."""
+    """Return the COB-IDs that each node receives."""
     arriving = router.arriving(frames, everything=everything)
     return [[frame.can_id for frame in given] for _, given in arriving]
 
 
-def test_what_no_node_takes_reaches_none() -> None:
-    """A frame is passed on if any node takes it, from the bus or from another node."""
+def test_a_frame_that_no_node_accepts_is_dropped() -> None:
+    """A frame from the bus or from another node is passed if any node accepts it."""
     a, b = Listener({0x080: False}), Listener({0x080: False, 0x181: False})
     router = FrameRouter([a, b])  # type: ignore[list-item]
     router.publish(a, [Frame(0x181), Frame(0x182)])  # type: ignore[arg-type]
@@ -36,8 +36,8 @@ def test_what_no_node_takes_reaches_none() -> None:
     assert heard(router) == [[], []]
 
 
-def test_a_remote_frame_is_for_who_sends_the_pdo() -> None:
-    """It reaches the producer of the PDO, whose own data frames concern nobody."""
+def test_a_remote_frame_reaches_the_producer_of_the_pdo() -> None:
+    """A remote frame reaches the producer of the PDO; its data frames have no consumer."""
     a, b = Listener({}, frozenset({0x181})), Listener({})
     router = FrameRouter([a, b])  # type: ignore[list-item]
     router.publish(a, [Frame(0x181, b"data")])  # type: ignore[arg-type]
@@ -46,22 +46,22 @@ def test_a_remote_frame_is_for_who_sends_the_pdo() -> None:
     assert heard(router) == [[], []]
 
 
-def test_a_frame_that_may_change_what_is_taken_lets_all_pass() -> None:
-    """What follows a reconfiguration in the same tick may be meant by it."""
+def test_a_frame_that_may_change_routes_disables_the_filter() -> None:
+    """Frames after a reconfiguration in the same tick may have new identifiers."""
     router = FrameRouter([Listener({0x605: True})])  # type: ignore[list-item]
     assert heard(router, Frame(0x300), Frame(0x605), Frame(0x301)) == [[0x300, 0x605, 0x301]]
 
 
-def test_faults_meet_every_frame() -> None:
-    """On demand nothing is sorted out, but what a node said itself it never hears."""
+def test_faults_apply_to_every_frame() -> None:
+    """With `everything` no frame is filtered, but a node never receives its own frames."""
     a, b = Listener({}), Listener({})
     router = FrameRouter([a, b])  # type: ignore[list-item]
     router.publish(a, [Frame(0x181)])  # type: ignore[arg-type]
     assert heard(router, Frame(0x300), everything=True) == [[0x300], [0x181, 0x300]]
 
 
-def test_a_changed_route_is_heeded() -> None:
-    """A node that comes to take other frames says so."""
+def test_a_changed_route_is_applied() -> None:
+    """A node notifies the router when it accepts other frames."""
     a, b = Listener({0x200: False}), Listener({})
     router = FrameRouter([a, b])  # type: ignore[list-item]
     assert heard(router, Frame(0x201)) == [[], []]
@@ -70,8 +70,8 @@ def test_a_changed_route_is_heeded() -> None:
     assert heard(router, Frame(0x201)) == [[0x201], [0x201]]
 
 
-def test_a_node_alone_sorts_out_for_itself() -> None:
-    """It is handed all that the bus carried, and nothing that it has said itself."""
+def test_a_single_node_filters_by_itself() -> None:
+    """It receives all frames of the bus, but not its own frames."""
     a = Listener({0x200: False})
     router = FrameRouter([a])  # type: ignore[list-item]
     router.publish(a, [Frame(0x181)])  # type: ignore[arg-type]
@@ -97,16 +97,16 @@ def move_rpdo(node: int, can_id: int) -> list[Frame]:
     return [Frame(0x600 + node, head + struct.pack("<I", i)) for i in (1 << 31, can_id)]
 
 
-def test_a_moved_rpdo_is_taken_in_the_tick_of_the_move(b: Bench) -> None:
-    """The set point behind the SDO requests, under the new COB-ID, is in force at once."""
+def test_a_moved_rpdo_is_received_in_the_tick_of_the_move(b: Bench) -> None:
+    """A set point with the new COB-ID after the SDO requests is in force at once."""
     b.tick(Frame(0x321, struct.pack("<i", 1_000_000)))
     assert b.rig.plant.inputs.valve_current == 0.0
     b.tick(*move_rpdo(5, 0x321), Frame(0x321, struct.pack("<i", 1_000_000)))
     assert b.rig.plant.inputs.valve_current == pytest.approx(1e-3)
 
 
-def test_a_node_takes_the_pdo_of_another(b: Bench) -> None:
-    """Node 5 takes the position in TPDO2 of node 6 for its set point, a tick after it was sent."""
+def test_a_node_receives_the_pdo_of_another(b: Bench) -> None:
+    """Node 5 receives TPDO2 of node 6 as its set point, a tick after it was sent."""
     b.tick(*move_rpdo(5, 0x286))
     (sent,) = [f for f in b.tick() if f.can_id == 0x286]
     b.tick()

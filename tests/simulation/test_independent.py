@@ -1,4 +1,4 @@
-"""Which actuators share nothing, and how they are dealt to processes."""
+"""Independent actuators and their assignment to processes."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ SUPPLY = shipped("configs/hyq_supply.toml")
 
 
 def machine(folder: Path, actuators: str) -> MachineSettings:
-    """Return a machine from words such as "a:1 b:1 c:2@p": name, bus and supply of each."""
+    """Return a machine from text such as "a:1 b:1 c:2@p": name, bus and supply of each actuator."""
     lines, buses, supplies = [], set(), set()
     for i, word in enumerate(actuators.split()):
         place, _, supply = word.partition("@")
@@ -44,12 +44,12 @@ def machine(folder: Path, actuators: str) -> MachineSettings:
         ("a:1 b:2 c:1 d:2@p e:3@p f:4", 2, ["acf", "bde"]),
     ],
 )
-def test_what_shares_a_bus_or_a_supply_stays_together(
+def test_actuators_with_a_common_bus_or_supply_stay_together(
     actuators: str, processes: int, divided: list[str], tmp_path: Path
 ) -> None:
-    """All else is dealt evenly; nobody is lost, and each part has the buses of its own alone."""
+    """The others are assigned evenly, and each part has only its buses."""
     settings = machine(tmp_path, actuators)
-    found = parts(settings, processes)
-    assert ["".join(a.name for a in part.actuators) for part in found] == divided
-    for part in found:
+    groups = parts(settings, processes)
+    assert ["".join(a.name for a in part.actuators) for part in groups] == divided
+    for part in groups:
         assert set(part.buses) == set(part.wires) == {a.bus for a in part.actuators}

@@ -1,4 +1,4 @@
-"""A CiA 401 I/O module with sensors and a valve as they are wired, asked by a stock master."""
+"""A CiA 401 I/O module with wired sensors and a wired valve, read by a stock master."""
 
 import struct
 from collections.abc import Iterator
@@ -111,7 +111,7 @@ def test_a_live_zero_is_shown_in_microampere(rig: Plant) -> None:
 
 
 def test_a_broken_wire_is_below_the_live_zero(rig: Plant) -> None:
-    """0 mA while it lasts, and the plant's pressure again afterwards (NAMUR NE 43: < 3.6 mA)."""
+    """The input shows 0 mA during the fault, the pressure afterwards (NAMUR NE 43: < 3.6 mA)."""
     rig.emulator.run_for("5 ms")
     sound = inputs(rig)[0]
     with rig.emulator.fault("pressure_a", "wire_break"):
@@ -123,7 +123,7 @@ def test_a_broken_wire_is_below_the_live_zero(rig: Plant) -> None:
 
 
 def test_an_input_saturates_where_the_module_does(rig: Plant) -> None:
-    """At 21 mA, although 16 bits would hold more."""
+    """It saturates at 21 mA, although 16 bits can represent more."""
     rig.emulator.run_for("5 ms")
     with rig.emulator.fault("pressure_a", "offset", value="300 bar"):
         rig.emulator.run_for("5 ms")
@@ -131,7 +131,7 @@ def test_an_input_saturates_where_the_module_does(rig: Plant) -> None:
 
 
 def test_the_valve_moves_only_while_it_is_enabled(rig: Plant) -> None:
-    """Bit 2 enables; another bit does not; without it the current is 0 at once."""
+    """Only bit 2 enables; without it the current is 0 at once."""
     current = rig.emulator.rig.plant.inputs
     for outputs, expected in ((0, 0.0), (3, 0.0), (4, 5e-3), (0xFF, 5e-3), (0xFB, 0.0)):
         command(rig, 50.0, outputs)
@@ -140,7 +140,7 @@ def test_the_valve_moves_only_while_it_is_enabled(rig: Plant) -> None:
 
 
 def test_set_points_end_at_100_percent(rig: Plant) -> None:
-    """120 % of a scale whose points end at 100 % is 100 %."""
+    """A set point of 120 % is limited to the end of the scale, 100 %."""
     command(rig, 120.0, 4)
     rig.emulator.run_for("3 ms")
     assert float(rig.emulator.rig.plant.inputs.valve_current) == pytest.approx(10e-3)
@@ -162,7 +162,7 @@ def test_a_ramp_takes_its_time_for_the_full_scale(rig: Plant) -> None:
 
 
 def test_without_operational_the_valve_is_closed(rig: Plant) -> None:
-    """The enable counts in OPERATIONAL only."""
+    """The enable acts in OPERATIONAL only."""
     command(rig, 50.0, 4)
     rig.emulator.run_for("3 ms")
     rig.network.nmt.send_command(128)
@@ -171,7 +171,7 @@ def test_without_operational_the_valve_is_closed(rig: Plant) -> None:
 
 
 def test_exported_files_have_the_live_zero(rig: Plant) -> None:
-    """The DBC decodes 12 mA to 125 bar; the EDS gives another emulator the same scale."""
+    """The DBC decodes 12 mA to 125 bar, and the EDS has the same scale."""
     node = rig.emulator.rig.nodes[1]
     pdos = [message("module", pdo) for pdo in node.pdos if pdo.active]
     database = cantools.database.load_string(dbc(pdos, 0), "dbc")
@@ -186,7 +186,7 @@ def test_exported_files_have_the_live_zero(rig: Plant) -> None:
 
 
 def test_a_scale_with_an_offset_survives_in_an_eds(tmp_path: Path) -> None:
-    """`Offset` in [Comments], as Unit and Factor."""
+    """`Offset` is in [Comments], like Unit and Factor."""
     file = tmp_path / "module.eds"
     pressure = "ParameterName=Pressure\nDataType=3\nAccessType=ro\nPDOMapping=1"
     comments = (
@@ -225,7 +225,7 @@ PRESSURE = '{ channel = "pressure_a", '
     ],
 )
 def test_a_wrong_scale_is_refused_with_its_place(tmp_path: Path, text: str, message: str) -> None:
-    """Which key, and what would do."""
+    """The message names the key and a correct form."""
     node = f'[[node]]\nid = 9\neds = "module.eds"\nmap = {{ "0x6401:1" = {text} }}\n'
     with pytest.raises(UserError) as refusal, module_rig(tmp_path, node):
         pass
@@ -243,12 +243,14 @@ def test_a_wrong_scale_is_refused_with_its_place(tmp_path: Path, text: str, mess
         ("%", "1", 0.01, 0.0),
     ],
 )
-def test_a_unit_alone_is_one_of_it(text: str, unit: str, factor: float, offset: float) -> None:
-    """As in the header of a CSV file; gauge pressures count from the atmosphere's."""
+def test_a_unit_without_a_number_is_one_unit(
+    text: str, unit: str, factor: float, offset: float
+) -> None:
+    """A unit without a number counts as 1; gauge pressures are relative to the atmosphere."""
     assert multiple(text, unit) == (pytest.approx(factor), offset)
 
 
-def test_quantities_are_counted_in_units(tmp_path: Path) -> None:
-    """Usual units without pint, temperatures with their zero."""
+def test_quantities_are_converted_to_digits(tmp_path: Path) -> None:
+    """Usual units are converted without pint, temperatures with their zero."""
     assert count("4 mA", "uA") == pytest.approx(4000.0)
     assert count("20 °C", "0.1 K") == pytest.approx(2931.5)

@@ -1,4 +1,4 @@
-"""The loop and its punctuality."""
+"""The loop and its delays."""
 
 import signal
 
@@ -20,11 +20,11 @@ class CountingRig:
         self.slipped_ns = 0
 
     def slip(self, total_ns: int) -> None:
-        """Take note of it."""
+        """Store the delay."""
         self.slipped_ns = total_ns
 
     def step(self) -> None:
-        """Let one tick pass."""
+        """Count one tick."""
         self.now_ns += self.tick_ns
 
 
@@ -34,7 +34,7 @@ class LateClock:
     slipped_ns = 3_000_000
 
     def wait_until(self, t_ns: int) -> int:
-        """Return how late the tick is."""
+        """Return the delay of the tick [ns]."""
         return 3_000_000 if t_ns == 4_000_000 else 10_000
 
 
@@ -47,7 +47,7 @@ def test_percentiles_are_those_of_the_durations() -> None:
 
 
 def test_a_duration_beyond_the_histogram_is_still_the_maximum() -> None:
-    """A stall of ten seconds is remembered as such."""
+    """A stall of 10 s is stored exactly as the maximum."""
     durations = Durations()
     durations.add(10_000_000_000)
     assert durations.summary()["max"] == 10_000_000.0
@@ -61,8 +61,8 @@ def test_a_late_tick_is_counted_and_nothing_is_skipped() -> None:
     assert (timing.ticks, timing.overruns) == (10, 1)
 
 
-def test_time_that_has_slipped_is_told() -> None:
-    """To the rig, which records it, and in the timing, which the summary shows."""
+def test_slipped_time_is_reported() -> None:
+    """The rig receives and records it, and the timing in the summary shows it."""
     rig, timing = CountingRig(), Timing()
     run(rig, LateClock(), 4, timing)
     assert (rig.slipped_ns, timing.slipped_ns) == (0, 0)
@@ -72,7 +72,7 @@ def test_time_that_has_slipped_is_told() -> None:
 
 
 def test_a_percentile_does_not_end_with_the_fine_bins() -> None:
-    """Of a thousand stalls of 21 ms to 21 s, each share is right within 1 %."""
+    """Percentiles of a thousand stalls of 21 ms to 21 s are correct within 1 %."""
     durations = Durations()
     for ms in range(1, 1001):
         durations.add(21_000_000 * ms)
@@ -83,20 +83,20 @@ def test_a_percentile_does_not_end_with_the_fine_bins() -> None:
 
 
 def test_a_late_tick_can_end_the_run() -> None:
-    """With the policy "stop" the message says when, by how much, and what to do."""
+    """With the policy "stop" the message has the time, the delay and the remedy."""
     with pytest.raises(UserError, match=r"at 0\.004 s began 3\.0 ms late.*free the machine"):
         run(CountingRig(), LateClock(), 10, Timing(), stop_when_late=True)
 
 
 def test_lock_step_is_never_late() -> None:
-    """In lock-step there is no lateness to speak of."""
+    """In lock-step the lateness is 0."""
     timing = Timing()
     run(CountingRig(), LockStep(), 100, timing)
     assert timing.lateness.summary()["max"] == 0.0
 
 
 def test_a_run_warns_when_time_slips_further(capfd: pytest.CaptureFixture[str]) -> None:
-    """Once for each tenth of a second, so that the warnings do not add to the load."""
+    """It warns once per 0.1 s, so that the warnings do not add load."""
     clock, before = LateClock(), signal.getsignal(signal.SIGTERM)
     clock.slipped_ns = 250_000_000
     keep_running(CountingRig(), clock, 2000, Timing(), lambda: "")

@@ -75,7 +75,7 @@ class Bench:
         self.machine: Machine = assemble_machine(settings, self.own, cache_folder())
 
     def ticks(self, count: int, bus: str, *frames: Frame) -> dict[str, list[Frame]]:
-        """Let ticks pass, sending frames on a bus in each; return what each bus carried."""
+        """Execute ticks, sending frames on a bus in each; return the frames of each bus."""
         heard: dict[str, list[Frame]] = {name: [] for name in self.peers}
         for _ in range(count):
             self.peers[bus].send(frames)
@@ -90,8 +90,8 @@ class Bench:
             bus.close()
 
 
-def test_actuators_move_on_their_own_buses(write: Write) -> None:
-    """A set point for node 5 on the left bus moves the hip, and neither of the others."""
+def test_actuators_move_on_separate_buses(write: Write) -> None:
+    """A set point for node 5 on the left bus moves only the hip."""
     bench = Bench(write(LEG))
     bench.ticks(5, "left", Frame(0x000, bytes([1, 0])))
     heard = bench.ticks(100, "left", set_point(2.0))
@@ -104,8 +104,8 @@ def test_actuators_move_on_their_own_buses(write: Write) -> None:
     bench.close()
 
 
-def test_actuators_have_noise_of_their_own(write: Write) -> None:
-    """Equal actuators do not report equal noise."""
+def test_actuators_have_independent_noise(write: Write) -> None:
+    """The noise of equal actuators differs."""
     bench = Bench(write(LEG))
     bench.ticks(5, "left", Frame(0x000, bytes([1, 0])))
     heard = bench.ticks(50, "left")["left"]
@@ -115,8 +115,8 @@ def test_actuators_have_noise_of_their_own(write: Write) -> None:
     bench.close()
 
 
-def test_nodes_of_different_actuators_hear_each_other_on_a_shared_bus(write: Write) -> None:
-    """The knee's node watches the hip's heartbeat and says 0x8130 when it ends."""
+def test_nodes_of_different_actuators_communicate_on_a_shared_bus(write: Write) -> None:
+    """The knee's node monitors the hip's heartbeat and sends 0x8130 when it stops."""
     bench = Bench(write(LEG))
     bench.ticks(5, "left")
     watch = bytes.fromhex("23161001") + struct.pack("<I", 5 << 16 | 300)
@@ -153,14 +153,14 @@ def test_a_single_configuration_is_a_machine_of_one() -> None:
     ],
 )
 def test_a_mistake_in_a_machine_is_named(write: Write, old: str, new: str, message: str) -> None:
-    """What is wrong, where, and what to do."""
+    """The message has the mistake, its place and the remedy."""
     assert old in LEG
     with pytest.raises(UserError, match=message):
         load_machine([write(LEG.replace(old, new))])
 
 
 def test_actuators_on_a_bus_that_takes_time_take_turns(write: Write) -> None:
-    """Both hear the master, their frames share one wire, and each hears the other."""
+    """Both receive the master's frames; their frames are sent one by one, by priority."""
     text = LEG.replace('channel = "left"\n', 'channel = "left"\n' + TIMED, 1)
     bench = Bench(write(text))
     bench.ticks(2, "left")

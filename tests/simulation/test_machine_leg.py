@@ -32,24 +32,24 @@ def write(tmp_path: Path) -> Write:
 
 
 def hips_way(file: Path) -> float:
-    """Kick the lower leg with the hip's valve shut; return how far that moves the hip's rod [m]."""
+    """Apply a force to the lower leg with the hip's valve closed; return the hip's motion [m]."""
     settings = load_machine([file])
     buses = {n: Bus({"interface": "virtual", "channel": f"leg {n}"}) for n in settings.buses}
     rigs = assemble_machine(settings, buses, cache_folder()).rigs
     rigs["hip"].plant.step(10_000)
-    begin, seen = float(rigs["hip"].plant.signals.position), []
+    begin, distances = float(rigs["hip"].plant.signals.position), []
     rigs["knee"].plant.inputs.valve_current = 8e-3
     for _ in range(30):
         rigs["hip"].integrate()
-        seen.append(abs(float(rigs["hip"].plant.signals.position) - begin))
+        distances.append(abs(float(rigs["hip"].plant.signals.position) - begin))
     for bus in buses.values():
         bus.close()
-    return max(seen)
+    return max(distances)
 
 
 @pytest.mark.slow
 def test_a_kick_of_the_lower_leg_shakes_the_upper_one(write: Write) -> None:
-    """Oil gives way under the reaction, wherever the knee is in the file; apart, hardly."""
+    """The reaction compresses the hip's oil, for any order in the file; without coupling hardly."""
     head = LEG.partition("[[actuator]]")[0]
     coupled = hips_way(write(LEG))
     assert coupled > 1e-4
@@ -68,23 +68,23 @@ def test_a_kick_of_the_lower_leg_shakes_the_upper_one(write: Write) -> None:
         ("hyq_upper_leg", "hyq_lower_leg", "here with link_length"),
     ],
 )
-def test_a_leg_that_is_none_is_refused(write: Write, old: str, new: str, message: str) -> None:
-    """What is wrong, where, and what to do."""
+def test_an_invalid_leg_is_refused(write: Write, old: str, new: str, message: str) -> None:
+    """The message has the mistake, its place and the remedy."""
     assert old in LEG
     with pytest.raises(UserError, match=message):
         load_machine([write(LEG.replace(old, new))])
 
 
 def test_a_link_is_not_lighter_than_what_it_carries(write: Write, tmp_path: Path) -> None:
-    """An inertia without the lower leg's mass would make the mass matrix indefinite."""
+    """An inertia without the lower leg's mass is refused: the mass matrix would be indefinite."""
     (tmp_path / "light.toml").write_text('[load.rotary_joint]\ninertia = "0.05 kg*m^2"')
     text = LEG.replace('/hyq_upper_leg.toml"', '/hyq_upper_leg.toml", "light.toml"')
     with pytest.raises(UserError, match=r"lacks the mass of what it carries: add the mass of knee"):
         load_machine([write(text)])
 
 
-@pytest.mark.parametrize("said", [LEG, "actuator = 1", "actuator = []", "[actuator]"])
-def test_a_command_for_one_actuator_says_which_files_those_are(write: Write, said: str) -> None:
-    """A machine of several is no configuration; each of its actuators' files together are."""
+@pytest.mark.parametrize("text", [LEG, "actuator = 1", "actuator = []", "[actuator]"])
+def test_a_command_for_one_actuator_names_the_files_of_one(write: Write, text: str) -> None:
+    """A machine of several actuators is refused; the message names the files of one actuator."""
     with pytest.raises(UserError, match=r"takes one: name its files, such as .*knee\.toml"):
-        load([write(said)])
+        load([write(text)])

@@ -1,4 +1,4 @@
-"""A machine whose actuators share a supply: settings, faults, recordings and what is refused."""
+"""A machine whose actuators share a supply: settings, faults, recordings and refusals."""
 
 import itertools
 from collections.abc import Callable, Iterator
@@ -63,7 +63,7 @@ Assembled = Callable[[Path], tuple[Machine, dict[str, Bus]]]
 
 @pytest.fixture
 def write(tmp_path: Path) -> Write:
-    """Return a function that writes a machine's file, and its supply's beside it."""
+    """Return a function that writes a machine's file and its supply's file."""
 
     def write(text: str = PAIR, pump: str = PUMP) -> Path:
         (tmp_path / "pump.toml").write_text(pump)
@@ -77,7 +77,7 @@ def write(tmp_path: Path) -> Write:
 
 @pytest.fixture
 def assembled() -> Iterator[Assembled]:
-    """Return a function that makes a machine, and a peer on each of its buses."""
+    """Return a function that creates a machine and a peer on each of its buses."""
     opened: list[Bus] = []
 
     def assembled(file: Path) -> tuple[Machine, dict[str, Bus]]:
@@ -102,7 +102,7 @@ def pressures(machine: Machine) -> list[float]:
 
 
 def move(machine: Machine, peers: dict[str, Bus], ticks: int, *names: str) -> list[float]:
-    """Open some valves for a while; return the supply pressure in the end."""
+    """Open some valves for some ticks; return the final supply pressures."""
     for tick in range(ticks):
         for name, peer in peers.items():
             peer.send([START] if tick < 2 else [set_point(6.0 if name in names else 0.0)])
@@ -112,12 +112,12 @@ def move(machine: Machine, peers: dict[str, Bus], ticks: int, *names: str) -> li
 
 @pytest.mark.slow
 def test_the_supply_droops_further_when_both_move(write: Write, assembled: Assembled) -> None:
-    """Each reads the one pressure, whoever draws."""
+    """Both actuators read the common pressure, with one or both valves open."""
     lowest = []
     for names in (("hip",), ("hip", "knee")):
-        found = move(*assembled(write()), 50, *names)
-        assert found[0] == found[1]
-        lowest.append(found[0])
+        supply = move(*assembled(write()), 50, *names)
+        assert supply[0] == supply[1]
+        lowest.append(supply[0])
     assert lowest[1] < lowest[0] - 5e5 < 155e5
 
 
@@ -125,7 +125,7 @@ def test_the_supply_droops_further_when_both_move(write: Write, assembled: Assem
 def test_both_sensors_of_supply_pressure_read_the_shared_one(
     write: Write, assembled: Assembled
 ) -> None:
-    """Each with its own noise of 0.1 bar."""
+    """The sensors have independent noise of 0.1 bar."""
     machine, peers = assembled(write())
     move(machine, peers, 50, "hip")
     (shared, _), read = pressures(machine), []
@@ -136,7 +136,7 @@ def test_both_sensors_of_supply_pressure_read_the_shared_one(
 
 
 def test_a_setting_of_one_is_that_of_the_shared_supply(write: Write, assembled: Assembled) -> None:
-    """120 bar said to the knee are 120 bar for the hip."""
+    """A setting of 120 bar at the knee also applies to the hip."""
     machine, peers = assembled(write())
     machine.rigs["knee"].set("supply_pressure", 120e5)
     assert move(machine, peers, 200) == pytest.approx([120e5] * 2, rel=5e-3)
@@ -145,7 +145,7 @@ def test_a_setting_of_one_is_that_of_the_shared_supply(write: Write, assembled: 
 def test_a_pump_that_fails_for_one_fails_for_all_until_it_ends(
     write: Write, assembled: Assembled
 ) -> None:
-    """It begins under a condition of the rig that it was injected into, and ends for both."""
+    """The fault begins by a condition of the rig of its injection, and ends for both."""
     machine, peers = assembled(write())
     hip, knee = machine.rigs.values()
     running = knee.fault("supply", "loss", condition="position > 42 mm")
@@ -159,24 +159,24 @@ def test_a_pump_that_fails_for_one_fails_for_all_until_it_ends(
     assert move(machine, peers, 300) == pytest.approx([160e5] * 2, rel=5e-3)
 
 
-def test_actuators_on_one_supply_begin_again_together(
+def test_actuators_on_one_supply_restart_together(
     write: Write, assembled: Assembled, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """One has lost its state: all are at rest again in the same tick, and see one pump."""
+    """After the loss of one state all are reset to rest in the same tick, with one pump."""
     machine, peers = assembled(write(PAIR.replace(str(KNEE) + '"', f'{KNEE}", "reset.toml"')))
     move(machine, peers, 50, "hip")
     hip, knee = machine.rigs.values()
     knee.plant.state.pressure_a = np.nan
     machine.step()
     assert "pressure_a" in caplog.records[0].message
-    found = [rig.plant.state_vector.tolist() for rig in (hip, knee)]
-    assert found[0] == found[1]
+    states = [rig.plant.state_vector.tolist() for rig in (hip, knee)]
+    assert states[0] == states[1]
     assert move(machine, peers, 10) == pytest.approx([160e5] * 2, rel=5e-3)
 
 
 def test_every_clock_gives_the_same_bits(write: Write, assembled: Assembled) -> None:
-    """Lock-step and a wall clock: the exchange of flows is part of the integration step."""
-    found = []
+    """Lock-step and a wall clock give equal results: flows are exchanged in each step."""
+    states = []
     clocks: tuple[Clock, ...] = (
         LockStep(), WallClock(1_000_000, now=lambda: 0, sleep=lambda seconds: None)
     )  # fmt: skip
@@ -187,14 +187,14 @@ def test_every_clock_gives_the_same_bits(write: Write, assembled: Assembled) -> 
             peers["hip"].send([set_point(5.0)])
             peers["knee"].send([set_point(8.0 if tick % 20 < 10 else -8.0)])
             run(machine, clock, 1, Timing())
-        found.append([rig.plant.state_vector.tolist() for rig in machine.rigs.values()])
-    assert found[0] == found[1]
+        states.append([rig.plant.state_vector.tolist() for rig in machine.rigs.values()])
+    assert states[0] == states[1]
 
 
-def test_a_recording_says_with_whom_its_supply_was_shared(
+def test_a_recording_names_the_actuators_on_its_supply(
     write: Write, assembled: Assembled, tmp_path: Path
 ) -> None:
-    """Replay refuses it; identification takes it without a pump, and says what it lacks."""
+    """Replay refuses the recording; identification accepts it without a pump, with a note."""
     file = write()
     machine, peers = assembled(file)
     knee = load_machine([file]).actuators[1].config
@@ -212,12 +212,12 @@ def test_a_recording_says_with_whom_its_supply_was_shared(
 
 
 @pytest.mark.slow
-def test_an_actuator_may_keep_a_supply_of_its_own(write: Write, assembled: Assembled) -> None:
-    """What the hip draws is nothing to a knee that names no supply."""
+def test_an_actuator_may_keep_a_separate_supply(write: Write, assembled: Assembled) -> None:
+    """The hip's flow does not change the supply of a knee that names no supply."""
     text = PAIR.removesuffix('supply = "pump"\n')
-    found = move(*assembled(write(text)), 50, "hip")
-    assert found[0] < 155e5
-    assert found[1] == 160e5
+    supply = move(*assembled(write(text)), 50, "hip")
+    assert supply[0] < 155e5
+    assert supply[1] == 160e5
 
 
 @pytest.mark.parametrize(
@@ -226,18 +226,18 @@ def test_an_actuator_may_keep_a_supply_of_its_own(write: Write, assembled: Assem
         ('supply = "pump"\n', 'supply = "pomp"\n', "there is no supply 'pomp'; there are: pump"),
         ('supply = "pump"\n', "", "no actuator is on supply pump; write supply ="),
         ('files = ["pump.toml"]', "files = []", "supplies.pump.files"),
-        ('files = ["pump.toml"]', 'files = ["none.toml"]', "no such"),
+        ('files = ["pump.toml"]', 'files = ["missing.toml"]', "no such"),
     ],
 )
 def test_a_mistake_in_a_supply_is_named(write: Write, old: str, new: str, message: str) -> None:
-    """What is wrong, where, and what to do."""
+    """The message has the mistake, its place and the remedy."""
     assert old in PAIR
     with pytest.raises(UserError, match=message):
         load_machine([write(PAIR.replace(old, new))])
 
 
 @pytest.mark.parametrize(
-    ("said", "message"),
+    ("layer", "message"),
     [
         (
             '[supply]\nsupply_line = "2 m"',
@@ -248,10 +248,10 @@ def test_a_mistake_in_a_supply_is_named(write: Write, old: str, new: str, messag
     ],
 )
 def test_actuators_on_one_supply_agree_in_it(
-    write: Write, tmp_path: Path, said: str, message: str
+    write: Write, tmp_path: Path, layer: str, message: str
 ) -> None:
-    """A line, an oil or a step that only one of them has is refused."""
-    (tmp_path / "other.toml").write_text(said)
+    """Actuators that differ in line, oil or step are refused."""
+    (tmp_path / "other.toml").write_text(layer)
     first, _, second = PAIR.rpartition(f'"{KNEE}"')
     with pytest.raises(UserError, match=message):
         load_machine([write(f'{first}"{KNEE}", "other.toml"{second}')])

@@ -1,4 +1,4 @@
-"""A model that has lost its state says so on the bus, and does not go on as if nothing were."""
+"""A model whose state is not finite is reported on the bus, and the run ends or restarts."""
 
 import dataclasses
 import math
@@ -30,7 +30,7 @@ def position(frames: list[Frame]) -> int:
 
 
 def failing(b: Bench) -> list[Frame]:
-    """Let the rod lose its velocity; return what the peer heard of that tick."""
+    """Set the rod's velocity to NaN; return the frames that the peer received in that tick."""
     b.ticks(10, START)
     b.rig.plant.state.velocity = math.nan
     with pytest.raises(NotFiniteError, match=r"at 0\.010 s the model's pressure_a is not finite"):
@@ -39,8 +39,8 @@ def failing(b: Bench) -> list[Frame]:
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_every_state_is_looked_at(value: float) -> None:
-    """Whichever it is and whatever it has become; the largest number there is passes."""
+def test_every_state_is_checked(value: float) -> None:
+    """Each state with each non-finite value is detected; the largest finite number is accepted."""
     with bench(reference()) as b:
         plant = b.rig.plant
         for i, name in enumerate(plant.kernel.state.names or ()):
@@ -55,8 +55,8 @@ def test_every_state_is_looked_at(value: float) -> None:
         assert plant.culprit() == ""
 
 
-def test_the_bus_and_the_recording_know_before_the_run_ends() -> None:
-    """An emergency, and in the PDO the lowest value of its type: no reading is plausible."""
+def test_bus_and_recording_report_it_before_the_run_ends() -> None:
+    """An emergency is sent, and the PDO has the lowest value of its type."""
     with bench(reference()) as b:
         frames = failing(b)
         assert EMERGENCY in frames
@@ -67,8 +67,8 @@ def test_the_bus_and_the_recording_know_before_the_run_ends() -> None:
         assert np.isnan(b.recorder.table()["position"][-1])
 
 
-def test_instruments_of_their_own_say_that_their_values_are_not_valid() -> None:
-    """Status of CiA 404 "not valid", alarm of CiA 406 "position error"; each an emergency."""
+def test_separate_instruments_report_invalid_values() -> None:
+    """CiA 404 status "not valid", CiA 406 alarm "position error", and an emergency each."""
     config = load([KNEE, shipped("configs/hyq_knee_separate.toml")])
     with bench(config) as b:
         frames = failing(b)
@@ -81,8 +81,8 @@ def test_instruments_of_their_own_say_that_their_values_are_not_valid() -> None:
         assert [a.value for a in alarms if a is not None] == [1]
 
 
-def test_a_model_that_is_reset_begins_again_at_rest() -> None:
-    """The emergency goes, the readings are those of the start, and time has gone on."""
+def test_a_model_that_is_reset_restarts_at_rest() -> None:
+    """The emergency ends, the readings are those of the start, and time continues."""
     config = dataclasses.replace(reference(), not_finite="reset")
     with bench(config) as b:
         b.ticks(10, START)
@@ -98,7 +98,7 @@ def test_a_model_that_is_reset_begins_again_at_rest() -> None:
 
 
 def test_the_command_ends_with_what_has_happened(tmp_path: Path) -> None:
-    """A step far too wide: exit code 1, tick and state, and a recording that is whole."""
+    """With a step that is too long: exit code 1, tick and state, and a complete recording."""
     stiff = tmp_path / "stiff.toml"
     stiff.write_text(
         '[rig]\nstep = "1 ms"\n[load]\nmass = "0.1 kg"\n'

@@ -1,4 +1,4 @@
-"""Stored parameters on disk outlive the process; what is damaged or foreign is not used."""
+"""Stored parameters on disk are kept over a restart; damaged or foreign files are not used."""
 
 import json
 from pathlib import Path
@@ -37,20 +37,20 @@ def request(node: Node, text: str) -> bytes:
 
 
 def saved(path: Path) -> None:
-    """Let a client set the heartbeat to 0x1234 ms and save."""
+    """Set the heartbeat to 0x1234 ms by SDO and save."""
     node, _ = started(path, [])
     assert request(node, "2b17100034120000")[0] == 0x60
     assert request(node, "2310100173617665")[0] == 0x60
 
 
 def heartbeat(path: Path, messages: list[str], **options: str) -> int:
-    """Return the heartbeat time a node starts with."""
+    """Return the heartbeat time of a node after its start."""
     _, dictionary = started(path, messages, **options)
     return int(dictionary.entry(HEARTBEAT).value)
 
 
 def test_saved_parameters_survive_a_restart(tmp_path: Path) -> None:
-    """A new process finds what the old one has saved, without a word."""
+    """A new process uses the saved parameters without a message."""
     messages: list[str] = []
     saved(tmp_path / "made" / "node6.json")
     assert heartbeat(tmp_path / "made" / "node6.json", messages) == 0x1234
@@ -68,7 +68,7 @@ def test_restoring_survives_a_restart(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.7, 0.999])
 def test_a_torn_file_is_not_used(tmp_path: Path, share: float) -> None:
-    """A file that ends early is named once, and the defaults hold."""
+    """The message names a truncated file once, and the defaults are used."""
     path, messages = tmp_path / "node6.json", []
     saved(path)
     text = path.read_text()
@@ -79,8 +79,8 @@ def test_a_torn_file_is_not_used(tmp_path: Path, share: float) -> None:
     assert "node 6 starts with defaults" in messages[0]
 
 
-def test_a_changed_value_is_noticed(tmp_path: Path) -> None:
-    """A bit that fell over on the medium does not become a parameter."""
+def test_a_changed_value_is_detected(tmp_path: Path) -> None:
+    """A file with a flipped bit is not used."""
     path, messages = tmp_path / "node6.json", []
     saved(path)
     content = json.loads(path.read_text())
@@ -92,7 +92,7 @@ def test_a_changed_value_is_noticed(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("junk", [b"\xff\xfe\x00", b"[]", b"{}", b'"text"', b"null", b"1"])
 def test_a_file_of_something_else_is_not_used(tmp_path: Path, junk: bytes) -> None:
-    """Whatever lies there, the node starts."""
+    """The node starts with any content of the file."""
     path, messages = tmp_path / "node6.json", []
     path.write_bytes(junk)
     assert heartbeat(path, messages) == 100
@@ -100,7 +100,7 @@ def test_a_file_of_something_else_is_not_used(tmp_path: Path, junk: bytes) -> No
 
 
 def test_another_devices_file_is_not_used(tmp_path: Path) -> None:
-    """The parameters of a load cell are none for a position sensor, and stay untouched."""
+    """A position sensor does not use the parameters of a load cell, and does not change them."""
     path, messages = tmp_path / "node.json", []
     saved(path)
     before = path.read_bytes()
@@ -110,7 +110,7 @@ def test_another_devices_file_is_not_used(tmp_path: Path) -> None:
 
 
 def test_a_refused_file_keeps_its_content_under_another_name(tmp_path: Path) -> None:
-    """Saving mends what was damaged, and what somebody else wrote there is not lost."""
+    """Saving replaces a refused file and keeps its content under another name."""
     path, messages = tmp_path / "node6.json", []
     path.write_text("torn")
     saved(path)
@@ -125,7 +125,7 @@ def test_a_refused_file_keeps_its_content_under_another_name(tmp_path: Path) -> 
 def test_a_crash_while_writing_leaves_the_old_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The new file comes into place whole or not at all; the client is told."""
+    """The new file is written completely or not at all; the SDO is aborted."""
     path = tmp_path / "node6.json"
     saved(path)
     before = path.read_bytes()
@@ -140,7 +140,7 @@ def test_a_crash_while_writing_leaves_the_old_file(
 
 
 def test_a_folder_that_cannot_be_made_is_named(tmp_path: Path) -> None:
-    """The message says which file and what to do."""
+    """The message has the file and the remedy."""
     (tmp_path / "file").write_text("")
     with pytest.raises(UserError, match=r"node6\.json: stored parameters cannot be read"):
         started(tmp_path / "file" / "node6.json", [])

@@ -30,26 +30,26 @@ def two_seconds(config: Configuration, clock: Clock) -> list[Frame]:
 
 @pytest.fixture(scope="module")
 def lock_step_frames() -> list[Frame]:
-    """Return what the reference machine sends in 2 s of lock-step."""
+    """Return the frames of the reference machine in 2 s of lock-step."""
     return two_seconds(reference(), LockStep())
 
 
 def test_wall_clock_and_lock_step_send_the_same_frames(lock_step_frames: list[Frame]) -> None:
-    """Nothing inside looks at a clock: 2 s are byte-identical in real and in simulated time."""
+    """Frames of 2 s are byte-identical in real and in simulated time."""
     assert two_seconds(reference(), WallClock(MS)) == lock_step_frames
     assert len(lock_step_frames) > 6000
 
 
 def test_the_seed_decides_the_noise(lock_step_frames: list[Frame]) -> None:
-    """The same seed gives the same frames, another seed other ones of the same number."""
+    """The same seed gives the same frames, another seed other frames of the same number."""
     assert two_seconds(reference(), LockStep()) == lock_step_frames
     other = two_seconds(dataclasses.replace(reference(), seed=2), LockStep())
     assert other != lock_step_frames
     assert [f.can_id for f in other] == [f.can_id for f in lock_step_frames]
 
 
-def test_every_tpdo_comes_at_its_rate(lock_step_frames: list[Frame]) -> None:
-    """Once a millisecond after the start, with a counter that misses no sample."""
+def test_every_tpdo_is_sent_at_its_rate(lock_step_frames: list[Frame]) -> None:
+    """TPDOs are sent once per millisecond, and the sample counter has no gap."""
     for can_id in (0x185, 0x285, 0x385):
         counters = [
             struct.unpack_from("<H", f.data, len(f.data) - 2)[0]
@@ -70,7 +70,7 @@ def moving() -> Bench:
 
 
 def test_a_positive_current_extends_the_rod(moving: Bench) -> None:
-    """1 mA for 100 ms moves it out, -1 mA back in, and the PDO says so."""
+    """1 mA for 100 ms extends the rod, -1 mA retracts it, and the PDO shows the position."""
 
     def position() -> float:
         frames = [f for f in moving.tick(set_point(0)) if f.can_id == 0x285]
@@ -85,7 +85,7 @@ def test_a_positive_current_extends_the_rod(moving: Bench) -> None:
 
 
 def test_without_set_points_the_current_falls_back_to_safe(moving: Bench) -> None:
-    """20 ms after the last set point the node says 0x8250 and centres the valve."""
+    """20 ms after the last set point the node sends 0x8250 and centres the valve."""
     moving.ticks(30, set_point(1.0))
     assert moving.rig.plant.inputs.valve_current == pytest.approx(1e-3)
     sent = moving.ticks(25)
@@ -95,7 +95,7 @@ def test_without_set_points_the_current_falls_back_to_safe(moving: Bench) -> Non
 
 
 def test_a_sensor_out_of_range_raises_an_emergency() -> None:
-    """A supply above the transducer's range is reported once, and its end too."""
+    """A supply above the transducer's range is reported once, as is its return."""
     config = reference()
     config = dataclasses.replace(config, plant=config.plant | {"supply_pressure": 300e5})
     with bench(config) as b:
@@ -109,7 +109,7 @@ def test_a_sensor_out_of_range_raises_an_emergency() -> None:
 
 
 def test_follow_sync_moves_one_tick_per_sync() -> None:
-    """Five SYNC messages, five milliseconds, five answers to them; not one more."""
+    """Five SYNC messages advance the time by five ticks, with five answers."""
     config = reference()
     with bench(config) as b:
         follow = FollowSync(b.rig.bus, config.sync_period_ns)  # type: ignore[arg-type]
@@ -124,7 +124,7 @@ def test_follow_sync_moves_one_tick_per_sync() -> None:
 
 
 def test_a_hundred_thousand_random_frames_do_not_stop_the_node(moving: Bench) -> None:
-    """Any ID, length and kind of frame, 100 a millisecond; then an SDO read still answers."""
+    """After frames of any ID, length and kind, 100 per millisecond, an SDO read is answered."""
     random = np.random.default_rng(7)
     for _ in range(1000):
         ids = random.integers(0, 0x800, 100)
@@ -141,8 +141,8 @@ def test_a_hundred_thousand_random_frames_do_not_stop_the_node(moving: Bench) ->
     assert Frame(0x585, bytes.fromhex("4300100098010000")) in answers
 
 
-def test_a_recording_holds_what_the_sensors_and_the_model_said(moving: Bench) -> None:
-    """One row per tick: time, set point, the reading of the PDO and the model's own value."""
+def test_a_recording_holds_readings_and_true_values(moving: Bench) -> None:
+    """Each tick has a row with time, set point, the reading of the PDO and the true value."""
     moving.ticks(50, set_point(0.5))
     (frame,) = [f for f in moving.tick(set_point(0.5)) if f.can_id == 0x285]
     table = moving.recorder.table()
@@ -152,8 +152,8 @@ def test_a_recording_holds_what_the_sensors_and_the_model_said(moving: Bench) ->
     assert table["model.position"][-1] == pytest.approx(table["position"][-1], abs=3e-6)
 
 
-def test_the_nodes_of_a_rig_hear_each_other() -> None:
-    """Node 6 watches node 5's heartbeat: all is well until it stops, then it says 0x8130."""
+def test_the_nodes_of_a_rig_communicate() -> None:
+    """Node 6 monitors node 5's heartbeat and sends 0x8130 when it stops."""
     config = reference()
     first = config.nodes[0]
     second = dataclasses.replace(first, id=6, commands={"valve_current": 0.0})
@@ -168,7 +168,7 @@ def test_the_nodes_of_a_rig_hear_each_other() -> None:
 
 
 def test_stored_parameters_survive_a_restart(tmp_path: Path) -> None:
-    """A heartbeat time saved by 0x1010 is there again in the next rig, and gone without storage."""
+    """A heartbeat time saved by 0x1010 is used by the next rig, but not without storage."""
     config = reference()
     keeps = dataclasses.replace(config.nodes[0], storage=tmp_path / "parameters")
     keeping = dataclasses.replace(config, nodes=(keeps,))
@@ -185,7 +185,7 @@ def test_stored_parameters_survive_a_restart(tmp_path: Path) -> None:
 
 
 def test_a_missing_eds_object_is_named(tmp_path: Path) -> None:
-    """A node that is to command the valve, and has no object for it, is refused at the start."""
+    """A node with the valve command but without its object is refused at the start."""
     config = reference()
     eds = config.nodes[0].eds.read_text()
     file = tmp_path / "other.eds"

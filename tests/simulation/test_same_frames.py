@@ -1,4 +1,4 @@
-"""What the nodes send is the same, byte for byte, whoever listens and by which bus."""
+"""The nodes send byte-identical frames on both kinds of virtual bus."""
 
 import struct
 from collections.abc import Callable, Iterable
@@ -27,13 +27,13 @@ EVENTS = {
     370: [Frame(0x000, bytes([129, 5]))],
     400: [Frame(0x000, bytes([1, 5]))],
 }
-"""Frames of a master besides its set points and SYNC, by tick."""
+"""Frames of a master in addition to its set points and SYNC, by tick."""
 
 Listener = Callable[[Emulator], "Own | Stock"]
 
 
 class Own(AbstractContextManager["Own"]):
-    """A party that takes frames as they are."""
+    """A peer that receives frames unchanged."""
 
     def __init__(self, emulator: Emulator) -> None:
         self._bus = Bus(emulator.bus)
@@ -45,7 +45,7 @@ class Own(AbstractContextManager["Own"]):
 
 
 class Stock(AbstractContextManager["Stock"]):
-    """A party on python-can's own virtual bus."""
+    """A peer on python-can's virtual bus."""
 
     def __init__(self, emulator: Emulator) -> None:
         self._bus = can.Bus(**emulator.bus, ignore_config=True)
@@ -68,7 +68,7 @@ class Stock(AbstractContextManager["Stock"]):
 
 
 def course(listener: Listener) -> list[tuple[int, Frame]]:
-    """Return all that the reference machine sends in a session with faults and a master."""
+    """Return all frames of the reference machine in a session with faults and a master."""
     sent = []
     with (
         Emulator(load_rig([shipped("configs/hyq_knee.toml")])) as emulator,
@@ -88,7 +88,7 @@ def course(listener: Listener) -> list[tuple[int, Frame]]:
 
 
 def test_frames_are_the_same_by_either_bus() -> None:
-    """Faults, SYNC, remapping, NMT and LSS: one bus hands on frames, the other messages."""
+    """With faults, SYNC, remapping, NMT and LSS; one bus passes frames, the other messages."""
     sent = course(Own)
     assert sent == course(Stock)
     kinds = {frame.can_id for _, frame in sent}

@@ -1,4 +1,4 @@
-"""Serial numbers tell nodes of one kind apart."""
+"""Serial numbers distinguish equal nodes."""
 
 import dataclasses
 from collections.abc import Iterator
@@ -27,7 +27,7 @@ def serials(config: Configuration) -> list[int]:
 
 
 def twins() -> Configuration:
-    """Return the reference machine with two nodes of one kind, 5 and 6."""
+    """Return the reference machine with two equal nodes, 5 and 6."""
     config = reference()
     first = config.nodes[0]
     return dataclasses.replace(config, nodes=(first, dataclasses.replace(first, id=6, commands={})))
@@ -35,7 +35,7 @@ def twins() -> Configuration:
 
 @pytest.fixture
 def lss(monkeypatch: pytest.MonkeyPatch) -> Iterator[canopen.lss.LssMaster]:
-    """Yield a stock LSS master on the bus of two nodes that have lost their node-IDs."""
+    """Yield a stock LSS master on the bus of two unconfigured nodes."""
     monkeypatch.setattr("canopen.lss.time.sleep", lambda seconds: None)
     monkeypatch.setattr(canopen.lss.LssMaster, "RESPONSE_TIMEOUT", 0)
     emulator = Emulator(twins())
@@ -52,38 +52,38 @@ def lss(monkeypatch: pytest.MonkeyPatch) -> Iterator[canopen.lss.LssMaster]:
 
 
 def test_fastscan_finds_one_node_after_the_other(lss: canopen.lss.LssMaster) -> None:
-    """Two nodes of one kind without node-ID get one each, in the order of their numbers."""
-    found = []
+    """Two equal nodes without node-IDs are found in the order of their serial numbers."""
+    serial_numbers = []
     for node_id in (0x21, 0x22):
         there, address = lss.fast_scan()
         assert there
-        found.append(address[3])
+        serial_numbers.append(address[3])
         lss.configure_node_id(node_id)
         lss.send_switch_state_global(WAITING)
     assert lss.fast_scan() == (False, None)
-    assert found == serials(twins())
-    for node_id, serial in zip((0x21, 0x22), found, strict=True):
+    assert serial_numbers == serials(twins())
+    for node_id, serial in zip((0x21, 0x22), serial_numbers, strict=True):
         node = lss.network.add_node(node_id, str(reference().nodes[0].eds))
         assert node.sdo[0x1018][4].raw == serial
 
 
-def test_the_nodes_of_a_machine_have_numbers_of_their_own() -> None:
-    """Also on different buses, and the same ones at every start."""
+def test_the_nodes_of_a_machine_have_different_numbers() -> None:
+    """Serial numbers are unique over all buses, and the same at every start."""
     machine = load_machine([shipped("configs/hyq_leg.toml")])
-    found = [number for a in machine.actuators for number in serials(a.config)]
-    assert len(set(found)) == 8
-    assert found == [number for a in machine.actuators for number in serials(a.config)]
+    numbers = [number for a in machine.actuators for number in serials(a.config)]
+    assert len(set(numbers)) == 8
+    assert numbers == [number for a in machine.actuators for number in serials(a.config)]
 
 
 def test_a_configured_number_wins_over_that_of_the_eds(tmp_path: Path) -> None:
-    """Without `serial_number` an EDS keeps the number it has."""
+    """`serial_number` replaces the number of the EDS."""
     config = reference()
     text = config.nodes[0].eds.read_text(encoding="latin-1")
     eds = tmp_path / "own.eds"
     section = "[1018sub4]\n"
     eds.write_text(text.replace(section, section + "DefaultValue=4711\n"), encoding="latin-1")
-    own = dataclasses.replace(config.nodes[0], eds=eds)
-    assert serials(dataclasses.replace(config, nodes=(own,))) == [4711]
+    node = dataclasses.replace(config.nodes[0], eds=eds)
+    assert serials(dataclasses.replace(config, nodes=(node,))) == [4711]
     layer = tmp_path / "layer.toml"
     layer.write_text(f'[[node]]\nid = 7\neds = "{eds}"\nserial_number = 99\n')
     assert serials(load([shipped("configs/hyq_knee.toml"), layer])) == [99]

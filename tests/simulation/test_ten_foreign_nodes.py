@@ -1,4 +1,4 @@
-"""Our actuator and ten foreign nodes on a timed bus of 500 kbit/s, under a stock master."""
+"""The actuator and ten foreign nodes on a timed bus of 500 kbit/s, with a stock master."""
 
 import struct
 from collections import Counter, defaultdict
@@ -26,7 +26,7 @@ from hil_emulator.testing.lockstep_network import LockStepNetwork
 
 @pytest.mark.parametrize("seconds", [2, pytest.param(30, marks=pytest.mark.slow)])
 def test_the_load_is_the_computed_one(tmp_path: Path, seconds: int) -> None:
-    """Every message comes with its period; the load within 2 % of that of the periods."""
+    """Every message has its period, and the load is within 2 % of the computed load."""
     lines = ('bit_rate = "500 kbit/s"', 'timing = "modelled"')
     with Emulator(load(plant(tmp_path, *lines))) as emulator:
         network = LockStepNetwork(emulator)
@@ -51,9 +51,9 @@ def test_the_load_is_the_computed_one(tmp_path: Path, seconds: int) -> None:
 
 
 def computed_load(frames: list[Frame]) -> float:
-    """Return the load that the periods make, with frames as long as they are on average."""
+    """Return the load that follows from the periods and the mean lengths of the frames."""
     lengths = defaultdict(list)
     for frame in frames:
         lengths[frame.can_id].append(bits(frame.can_id, frame.data))
-    mean = {can_id: sum(found) / len(found) for can_id, found in lengths.items()}
+    mean = {can_id: sum(values) / len(values) for can_id, values in lengths.items()}
     return sum(mean[i] / (ms / 1e3) for i, ms in periods_ms().items()) / BIT_RATE

@@ -1,4 +1,4 @@
-"""A rig on a bus that takes time: order, queues, load, errors, and the same under each clock."""
+"""A rig on a bus with modelled timing: order, queues, load, errors, independence of the clock."""
 
 import itertools
 from pathlib import Path
@@ -30,14 +30,14 @@ CAN_OVERRUN = 0x8110
 
 
 def codes(emulator: Emulator) -> list[int]:
-    """Return the emergency codes that have left the node."""
+    """Return the emergency codes that the node has sent."""
     frames = emulator.recorder.frames
     sent = [f.data for _, sent, f in frames if sent and f.can_id == EMCY]
     return [int.from_bytes(data[:2], "little") for data in sent]
 
 
 def test_frames_leave_one_after_the_other_by_priority(tmp_path: Path) -> None:
-    """Of a tick's TPDOs the lowest identifier goes first; each begins when the last has ended."""
+    """A tick's TPDOs are sent in the order of identifiers, one after the other."""
     with Emulator(timed(tmp_path)) as emulator:
         emulator.rig.bus.send([])  # nothing leaves by itself
         emulator.tick()
@@ -56,7 +56,7 @@ def test_frames_leave_one_after_the_other_by_priority(tmp_path: Path) -> None:
 
 
 def test_a_controller_waits_for_the_wire(tmp_path: Path) -> None:
-    """Answer to a request: heard a tick after it came, on the outside a tick after it was given."""
+    """A request is received a tick after its arrival, and its answer is outside a tick later."""
     with plant(tmp_path, '[bus]\nbit_rate = "500 kbit/s"\ntiming = "modelled"\n') as rig:
         rig.emulator.run_for("5 ms")
         node = rig.master(5)
@@ -66,7 +66,7 @@ def test_a_controller_waits_for_the_wire(tmp_path: Path) -> None:
 
 
 def test_the_load_is_shown_and_recorded(tmp_path: Path) -> None:
-    """Within the bounds of stuffing; each second is an event of the recording."""
+    """The load is within the bounds of bit stuffing, and recorded as an event each second."""
     with Emulator(timed(tmp_path)) as emulator:
         emulator.tick()
         with Bus(emulator.bus) as peer:
@@ -83,8 +83,8 @@ def test_the_load_is_shown_and_recorded(tmp_path: Path) -> None:
     assert len(events) == 3
 
 
-def test_a_node_with_more_to_say_than_the_wire_carries_loses_frames(tmp_path: Path) -> None:
-    """At 125 kbit/s three PDOs a millisecond overrun the queue: EMCY 0x8110, until it is empty."""
+def test_a_node_loses_frames_on_an_overloaded_bus(tmp_path: Path) -> None:
+    """At 125 kbit/s three PDOs per millisecond overrun the queue: EMCY 0x8110 until it is empty."""
     config = timed(tmp_path, bit_rate="125 kbit/s", transmit_queue=4)
     with Emulator(config) as emulator:
         emulator.tick()
@@ -108,7 +108,7 @@ def test_a_node_with_more_to_say_than_the_wire_carries_loses_frames(tmp_path: Pa
     ],
 )
 def test_the_same_frames_in_give_the_same_frames_out(tmp_path: Path, clock_of: Any) -> None:
-    """Whatever the clock, ticks are what counts: times and frames are those of a lock-step run."""
+    """With each clock times and frames are those of a lock-step run."""
     config = timed(tmp_path)
     settings = {"interface": "virtual", "channel": f"timed {tmp_path}"}
     digests = []
@@ -130,7 +130,7 @@ def test_the_same_frames_in_give_the_same_frames_out(tmp_path: Path, clock_of: A
 
 
 def test_a_recording_repeats(tmp_path: Path) -> None:
-    """A run on a bus that takes time is replayed bit for bit, events of the load included."""
+    """A run on a bus with modelled timing is replayed bit by bit, with the events of the load."""
     config = timed(tmp_path)
     with bench(config) as rig:
         rig.tick()
@@ -152,8 +152,8 @@ def test_a_recording_repeats(tmp_path: Path) -> None:
         ({"transmit_queue": 0}, "greater than or equal to 1"),
     ],
 )
-def test_a_mistake_is_said(tmp_path: Path, settings: dict[str, Any], message: str) -> None:
-    """A wire that cannot be is refused with its place."""
+def test_a_mistake_is_reported(tmp_path: Path, settings: dict[str, Any], message: str) -> None:
+    """A wrong `[bus]` table is refused with its place."""
     layer = tmp_path / "wrong.toml"
     layer.write_text("[bus]\n" + "".join(f"{k} = {v!r}\n" for k, v in settings.items()))
     with pytest.raises(UserError) as refusal:
@@ -162,7 +162,7 @@ def test_a_mistake_is_said(tmp_path: Path, settings: dict[str, Any], message: st
 
 
 def test_it_is_off_by_default() -> None:
-    """Nothing takes time unless the configuration says so."""
+    """By default frames take no time on the bus."""
     assert reference().wire == WireSettings()
     with bench(reference()) as rig:
         assert rig.rig.wire is None

@@ -15,12 +15,12 @@ class Named:
 
     Attributes:
         name: the effect.
-        group: other effects that it cannot be told from.
-        form_differs: whether its law is said to be of another form.
+        group: other effects from which the data do not separate it.
+        form_differs: whether its law is reported to have another form.
         value: of the knob, SI.
         low: lower end of the stated 95 % interval.
         high: its upper end.
-        evidence: what speaks for it.
+        evidence: for the name.
 
     """
 
@@ -46,9 +46,9 @@ class Answer:
         named: effects, in the order in which they were found.
         unknown: balance and regressor of every unexplained term, the strongest first.
         nearest: the best effect that was not named, or "".
-        separates: what would tell the members of a class apart, or "".
+        separates: the experiment that would separate the members of a group, or "".
         verdict: in a word.
-        evidence: what speaks for and against the best rivals.
+        evidence: for and against the best rivals.
         seconds: time it took.
         hardly_believed: parameters that hardly any machine has, in words.
         parameters: of each ordinary parameter both ends of its 95 % interval, by name, SI.
@@ -70,7 +70,7 @@ class Answer:
 
     @property
     def flagged(self) -> bool:
-        """Whether it says that some law is not the catalogue's, or that it cannot tell."""
+        """Whether it reports another law or something unknown, or does not decide."""
         open_ = self.verdict == "cannot_tell" or bool(self.unknown or self.hardly_believed)
         return open_ or any(n.form_differs for n in self.named)
 
@@ -99,24 +99,24 @@ def from_result(result: Result, seconds: float) -> Answer:
         nearest=_nearest(result), separates=result.next_experiment or "",
         verdict=result.verdict, evidence=tuple(lines), seconds=seconds,
         rounds=tuple(map(numbers_of, result.search.rounds if result.search else ())),
-        hardly_believed=tuple(result.hardly_believed),
+        hardly_believed=tuple(result.implausible),
         parameters={name: (p.low, p.high) for name, p in result.parameters.items()},
     )  # fmt: skip
 
 
-def numbers_of(found: Round) -> dict[str, Any]:
+def numbers_of(searched: Round) -> dict[str, Any]:
     """Return what a round has found out about its candidates and free terms, as plain numbers."""
     trials = [
         {"name": t.score.coordinate.name, "passed": t.evidence.passed, "beside": t.beside,
          "deviation": t.deviation, **asdict(t.evidence)}
-        for t in found.trials
+        for t in searched.trials
     ]  # fmt: skip
     terms = [
         {"balance": t.balance.name, "regressor": t.regressor, "gain": t.statistic,
          "limit": t.limit, "hats": len(t.knots)}
-        for t in found.terms[:3]
+        for t in searched.terms[:3]
     ]  # fmt: skip
-    return {"accepted": found.accepted, "candidates": len(found.scores), "trials": trials,
+    return {"accepted": searched.accepted, "candidates": len(searched.scores), "trials": trials,
             "terms": terms}  # fmt: skip
 
 
@@ -139,16 +139,16 @@ def _nearest(result: Result) -> str:
 def _rounds(result: Result) -> list[str]:
     """Return the best trials and terms of every round of the search."""
     lines = []
-    for i, found in enumerate(result.search.rounds if result.search else ()):
-        for t in found.trials[:3]:
+    for i, searched in enumerate(result.search.rounds if result.search else ()):
+        for t in searched.trials[:3]:
             e = t.evidence
             lines.append(
-                f"round {i + 1}{' accepted' if found.accepted else ''}: "
+                f"round {i + 1}{' accepted' if searched.accepted else ''}: "
                 f"{t.score.coordinate.name} gain {e.delta_chi2:.0f} Wald {e.wald:.0f} "
                 f"held out {e.held_out:.0f} size {t.fit.at[-1]:.3g}"
             )
         lines += [
             f"round {i + 1} block: {t.balance.name} by {t.regressor} {t.statistic:.0f} "
-            f"(limit {t.limit:.0f})" for t in found.terms[:3] if t.significant
+            f"(limit {t.limit:.0f})" for t in searched.terms[:3] if t.significant
         ]  # fmt: skip
     return lines

@@ -10,7 +10,7 @@ KEPT = Path(__file__).with_name("kept")
 
 
 def rows(file: Path) -> list[dict[str, Any]]:
-    """Return the rows of a file, none where there is no file."""
+    """Return the rows of a file; an empty list if there is no file."""
     if not file.exists():
         return []
     data = file.read_bytes()

@@ -41,20 +41,20 @@ ORDINARY: dict[str, Callable[[Machine], float]] = {
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of one case.
+    """Outcome of one case.
 
     Attributes:
         case: the case.
-        answer: what was answered.
-        exact: the hidden effects were named, all of them and nothing else.
-        hits: names that stand for a hidden effect.
-        wrong: names that stand for none.
-        hushed: names that stand for none in an answer without any flag.
-        nearest: a flagged answer points at a hidden effect.
-        place: the strongest unexplained term sits in the right balance.
+        answer: the answer.
+        exact: whether all hidden effects were named and no other.
+        hits: number of names of hidden effects.
+        wrong: number of names of effects that are not hidden.
+        hushed: number of wrong names in an answer without any flag.
+        nearest: whether the nearest effect of a flagged answer is a hidden one.
+        place: whether the strongest unexplained term is in the right balance.
         errors: relative errors of the values of rightly named effects.
         covered: whether the true values are inside their intervals.
-        ordinary: the same of the ordinary parameters, by name.
+        ordinary: whether the true values of ordinary parameters are inside theirs, by name.
 
     """
 
@@ -71,7 +71,7 @@ class Outcome:
 
     @property
     def flagged(self) -> bool:
-        """Whether the answer says that some law is not the catalogue's."""
+        """Whether the answer reports another law than that of the catalogue."""
         return self.answer.flagged
 
     @property
@@ -90,13 +90,13 @@ def judge(case: Case, answer: Answer) -> Outcome:
     true = {EFFECTS[k].name for k in case.effects if k not in OUTSIDE}
     hits = [bool(true & n.members) for n in answer.named]
     sizes = all(len(n.members) <= LARGEST_CLASS for n in answer.named)
-    told = all(not n.group or answer.separates for n in answer.named)
-    found = set().union(*[true & n.members for n in answer.named])
-    exact = bool(hits or not true) and all(hits) and len(hits) == len(true) == len(found)
+    separated = all(not n.group or answer.separates for n in answer.named)
+    covered_effects = set().union(*[true & n.members for n in answer.named])
+    exact = bool(hits or not true) and all(hits) and len(hits) == len(true) == len(covered_effects)
     pairs = [(n, true_size(case, n.name)) for n in answer.named]
     judged = [(n, size) for n, size in pairs if not math.isnan(size)]
     return Outcome(
-        case, answer, exact=exact and sizes and told and not _only_unknown(answer, true),
+        case, answer, exact=exact and sizes and separated and not _only_unknown(answer, true),
         hits=sum(hits), wrong=len(hits) - sum(hits),
         nearest=bool(true & {*answer.nearest.split(" or "), *(n.name for n in answer.named)}),
         place=_placed(case, answer),
@@ -108,9 +108,9 @@ def judge(case: Case, answer: Answer) -> Outcome:
 
 def _ordinary(case: Case, answer: Answer) -> dict[str, bool]:
     """Return whether the machine's ordinary parameters are inside their intervals, by name."""
-    real, told = machine(case), answer.parameters
-    return {name: told[name][0] <= true(real) <= told[name][1]
-            for name, true in ORDINARY.items() if name in told}  # fmt: skip
+    real, intervals = machine(case), answer.parameters
+    return {name: intervals[name][0] <= true(real) <= intervals[name][1]
+            for name, true in ORDINARY.items() if name in intervals}  # fmt: skip
 
 
 def _only_unknown(answer: Answer, true: set[str]) -> bool:

@@ -1,4 +1,4 @@
-"""Hide effects in the independent plant, ask what is missing, and count.
+"""Hide effects in the independent plant, identify them, and count the right answers.
 
     python -m tests.studies.study --out study.jsonl --jobs 2
     python -m tests.studies.study --out study.jsonl --cases none:6,medium:20 --duration 2
@@ -36,13 +36,13 @@ def examine(
     which: Case, exclude: Sequence[str] = (), backwards: bool = False,
     set_points: SetPoints = "unknown",
 ) -> Answer:  # fmt: skip
-    """Ask the product about one case.
+    """Examine one case with the product.
 
     Args:
         which: the case.
         exclude: entries that are deleted from the catalogue.
         backwards: whether the held-out data run backwards in time.
-        set_points: what is said of the current between the rows.
+        set_points: stated course of the current between the rows.
 
     """
     train, other = campaign(which)
@@ -171,10 +171,11 @@ def main() -> None:
         before = kept(chosen.against, chosen.method, chosen.duration)
         print(changed([(o, judge(o.case, before[o.case.name]))
                        for o in outcomes if o.case.name in before]))  # fmt: skip
-    beside = {m: answers for m in METHODS if (answers := kept(chosen.out, m, chosen.duration))}
-    if len(beside) > 1:
-        print(compared({m: [judge(c, beside[m][c.name]) for c in wanted if c.name in beside[m]]
-                        for m in beside}))  # fmt: skip
+    by_method = {m: answers for m in METHODS if (answers := kept(chosen.out, m, chosen.duration))}
+    if len(by_method) > 1:
+        judged = {m: [judge(c, answers[c.name]) for c in wanted if c.name in answers]
+                  for m, answers in by_method.items()}  # fmt: skip
+        print(compared(judged))
 
 
 if __name__ == "__main__":

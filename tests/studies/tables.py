@@ -38,7 +38,7 @@ RULES: dict[str, tuple[Rule, ...]] = {
 CONTROLS: dict[str, tuple[Rule, ...]] = {
     "deleted": (("named in its stead, without flag", lambda o: o.hushed, "<= 0.03"),
                 ("flagged", lambda o: o.flagged, ""),
-                ("nothing said", lambda o: not o.flagged and not o.answer.named, "")),
+                ("no name, no flag", lambda o: not o.flagged and not o.answer.named, "")),
     "reversed": (("any name", lambda o: bool(o.answer.named), "<= 0.03"),),
 }  # fmt: skip
 """What is counted in the negative controls, whatever was hidden."""
@@ -64,18 +64,18 @@ def share(words: str, hits: int, cases: int, asked: str) -> str:
 
 def groups(outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
     """Return outcomes by group, in the order of the rules."""
-    return {g: found for g in RULES if (found := [o for o in outcomes if o.case.group == g])}
+    return {g: of_group for g in RULES if (of_group := [o for o in outcomes if o.case.group == g])}
 
 
 def table(outcomes: Sequence[Outcome]) -> list[str]:
     """Return shares by group with Wilson intervals."""
     lines = [f"{'':56s} {'cases':>9s} {'share':>5s}   95 % interval   asked"]
-    for group, found in groups(outcomes).items():
+    for group, of_group in groups(outcomes).items():
         for words, rule, asked in RULES[group]:
-            lines.append(share(f"{group}: {words}", sum(map(rule, found)), len(found), asked))
+            lines.append(share(f"{group}: {words}", sum(map(rule, of_group)), len(of_group), asked))
         if group in ("pairs", "triples", "foreign-pairs"):
-            hits, named = sum(o.hits for o in found), sum(o.hits + o.wrong for o in found)
-            hidden = sum(len(o.case.effects) for o in found)
+            hits, named = sum(o.hits for o in of_group), sum(o.hits + o.wrong for o in of_group)
+            hidden = sum(len(o.case.effects) for o in of_group)
             foreign = group == "foreign-pairs"
             lines.append(share(f"{group}: precision", hits, named, ">= 0.95" if foreign else ""))
             lines.append(share(f"{group}: recall", hits, hidden, ">= 0.75" if foreign else ""))
@@ -85,16 +85,16 @@ def table(outcomes: Sequence[Outcome]) -> list[str]:
 def values(outcomes: Sequence[Outcome]) -> list[str]:
     """Return errors of values and how often the stated intervals hold, by group."""
     lines = []
-    for group, found in groups(outcomes).items():
-        errors = [e for o in found for e in o.errors]
-        covered = [c for o in found for c in o.covered]
+    for group, of_group in groups(outcomes).items():
+        errors = [e for o in of_group for e in o.errors]
+        covered = [c for o in of_group for c in o.covered]
         if errors:
             q = np.quantile(errors, [0.5, 0.9])
             lines.append(f"{group}: value off by {100 * q[0]:.1f} % (median), "
                          f"{100 * q[1]:.1f} % (nine of ten below)")  # fmt: skip
             lines.append(share(f"{group}: true value in its interval", sum(covered), len(covered),
                                "0.85 ... 0.99"))  # fmt: skip
-    # beside what is not in the model, they stand in for it
+    # parameters compensate for effects that the model lacks
     true = [o for o in outcomes if o.exact and o.case.group != "outside" and not o.case.foreign]
     ordinary = [inside for o in true for inside in o.ordinary.values()]
     if ordinary:
@@ -120,7 +120,7 @@ def confusion(outcomes: Sequence[Outcome]) -> list[str]:
 
 
 def failures(outcomes: Sequence[Outcome]) -> list[str]:
-    """Return every case that was not answered as asked, with what was said."""
+    """Return every case with a wrong answer, and the answer."""
     lines = []
     for o in outcomes:
         if failed(o):
@@ -192,13 +192,13 @@ def changed(pairs: Sequence[tuple[Outcome, Outcome]]) -> str:
 
 def compared(by_method: Mapping[str, Sequence[Outcome]]) -> str:
     """Return the first share of every group for several methods, on the cases all have."""
-    asked = {m: found for m, found in by_method.items() if m not in CONTROLS and found}
-    common = set.intersection(*({o.case.name for o in found} for found in asked.values()))
-    lines = ["methods beside each other, on the cases that all were asked:"]
+    asked = {m: of_group for m, of_group in by_method.items() if m not in CONTROLS and of_group}
+    common = set.intersection(*({o.case.name for o in of_group} for of_group in asked.values()))
+    lines = ["methods compared on the cases that all have examined:"]
     for group, rules in RULES.items():
         for words, rule, _ in rules[:2]:
-            for method, found in asked.items():
-                same = [o for o in found if o.case.name in common and o.case.group == group]
+            for method, of_group in asked.items():
+                same = [o for o in of_group if o.case.name in common and o.case.group == group]
                 if same:
                     text = f"{group}: {words} ({method})"
                     lines.append(share(text, sum(map(rule, same)), len(same), ""))

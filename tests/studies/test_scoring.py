@@ -29,7 +29,7 @@ def test_wilson_interval_of_the_text_book() -> None:
 
 
 def test_a_name_is_right_alone() -> None:
-    """The same name with a second one beside it is not."""
+    """The same name together with a second one is not."""
     named = Named("internal_leakage", value=1.05e-13, low=0.9e-13, high=1.2e-13)
     alone = judge(LEAK, Answer((named,)))
     assert alone.exact
@@ -43,14 +43,14 @@ def test_a_name_is_right_alone() -> None:
 def test_intervals_of_ordinary_parameters_are_held_against_the_machine() -> None:
     """One that holds the true mass counts, one that misses the gain of the valve does not."""
     mass, gain = machine(LEAK).mass, machine(LEAK).kv
-    told = {"load_mass": (0.9 * mass, 1.1 * mass), "valve_gain": (1.1 * gain, 1.2 * gain)}
-    answer = Answer((Named("internal_leakage"),), parameters=told)
+    intervals = {"load_mass": (0.9 * mass, 1.1 * mass), "valve_gain": (1.1 * gain, 1.2 * gain)}
+    answer = Answer((Named("internal_leakage"),), parameters=intervals)
     assert judge(LEAK, answer).ordinary == {"load_mass": True, "valve_gain": False}
     counted = share("right answers: ordinary parameter in its interval", 1, 2, "0.90 ... 0.99")
     assert counted in report([judge(LEAK, answer)])
 
 
-def test_a_class_of_three_counts_if_it_is_told_how_to_separate_it() -> None:
+def test_a_group_of_three_counts_if_the_separating_experiment_is_named() -> None:
     """Without that advice, or with four members, it does not; but it is no wrong name."""
     three = Named("null_bias", ("internal_leakage", "gravity"))
     four = Named("null_bias", ("internal_leakage", "gravity", "overlap"))
@@ -113,7 +113,7 @@ def test_values_are_compared_with_the_catalogues_knob() -> None:
 
 
 def test_answers_survive_a_file_and_appear_in_the_report() -> None:
-    """A failure is printed with what was hidden and what was said."""
+    """A failure is printed with the hidden effects and the answer."""
     answer = Answer((Named("gravity", ("null_bias",)),), (("spool", "time"),), evidence=("a",))
     assert from_dict(answer.to_dict()) == answer
     outcome = judge(LEAK, answer)
@@ -141,7 +141,7 @@ def test_a_case_that_was_right_and_is_wrong_is_listed() -> None:
 
 
 def test_compressed_answers_are_those_that_were_kept(tmp_path: Path) -> None:
-    """Row by row, and a file that does not exist has none."""
+    """Row by row; a file that does not exist has no rows."""
     file = tmp_path / "study.jsonl"
     assert rows(file) == []
     for case in ("medium-00", "none-00"):

@@ -36,11 +36,11 @@ def test_an_effect_in_a_foreign_simulator_is_named() -> None:
 
 
 @pytest.mark.full(sibling="test_what_no_catalogue_has_is_flagged_where_it_is")
-def test_a_law_between_two_is_said_to_be_either() -> None:
+def test_a_law_between_two_is_reported_as_either() -> None:
     """Play of several elements is named as one threshold or one hysteresis, and not as both.
 
-    Either is said to follow another law, or one name holds both: a second one explains less than a
-    hundredth of what the first does.
+    The name follows another law, or one name holds both: a second one explains less than 1 % of
+    what the first does.
     """
     outcome = asked("foreign", 4, SHORTEST)
     assert outcome.exact
@@ -82,10 +82,10 @@ def test_two_that_hide_each_other_are_found_half_way_to_where_they_are() -> None
 
 
 @pytest.mark.full(sibling="test_an_effect_in_a_foreign_simulator_is_named")
-def test_what_was_missing_does_not_say_that_the_current_moved() -> None:
-    """Beside a weight that is missing it seems to move; with it in the model nobody can tell.
+def test_a_missing_effect_is_not_evidence_of_a_moving_current() -> None:
+    """Without the missing weight in the model the current seems to move; with it this is unknown.
 
-    Then the frequency of the valve, which makes up for how late the current comes, is as uncertain.
+    Then the frequency of the valve, which compensates for the delay, is as uncertain.
     """
     outcome = asked("medium", 561, SHORTEST, "axis")
     assert outcome.exact
@@ -93,14 +93,14 @@ def test_what_was_missing_does_not_say_that_the_current_moved() -> None:
 
 
 @pytest.mark.full(sibling="test_an_effect_in_a_foreign_simulator_is_named")
-def test_an_effect_of_another_size_elsewhere_is_named_beside_the_one_that_makes_it_so() -> None:
+def test_an_effect_of_another_size_elsewhere_is_named_with_its_cause() -> None:
     """A valve with a loop gains less with large openings, where its flow saturates as well."""
     assert known_to_be_held("pairs", 403).exact
 
 
 @pytest.mark.full(sibling="test_an_effect_in_a_foreign_simulator_is_named")
 def test_a_spring_with_a_weight_on_it_is_a_spring_that_rests_elsewhere() -> None:
-    """No motion tells the two apart: one name does the work of both."""
+    """No motion separates the two: one name explains both."""
     outcome = asked("pairs", 414, SHORTEST)
     (named,) = outcome.answer.named
     assert named.name == "load_spring"
@@ -124,8 +124,8 @@ def test_drag_is_no_mixed_friction() -> None:
 
 
 @pytest.mark.full(sibling="test_what_no_catalogue_has_is_flagged_where_it_is")
-def test_a_name_beside_a_machine_that_nobody_has_is_no_whole_answer() -> None:
-    """Three lags of the set point are told as a dead time beside a valve of 0.6 its bandwidth."""
+def test_a_name_with_an_implausible_machine_is_flagged() -> None:
+    """Three lags of the set point are reported as a dead time with a valve of 0.6 its bandwidth."""
     assert "valve_natural_frequency" in " ".join(
         asked("foreign-pairs", 615, SHORTEST).answer.hardly_believed
     )
@@ -138,16 +138,16 @@ def test_ripple_of_the_friction_is_no_lag_of_a_sensor() -> None:
 
 
 @pytest.mark.full(sibling="test_an_effect_in_a_foreign_simulator_is_named")
-def test_who_did_the_work_of_another_is_no_longer_needed_beside_it() -> None:
-    """A pressure that reads otherwise one way, as long as nobody knew that friction does."""
+def test_a_name_that_stood_in_for_another_effect_is_dropped() -> None:
+    """A pressure sensor with two slopes was named before the friction that differs by direction."""
     assert known_to_be_held("pairs", 447).exact
 
 
 @pytest.mark.full(sibling="test_an_effect_in_a_foreign_simulator_is_named")
-def test_a_dead_time_shows_beside_what_hid_it() -> None:
+def test_a_dead_time_shows_once_the_effect_that_hid_it_is_named() -> None:
     """At 500 rows a second a current that is late may move between the rows, or be held there.
 
-    Which of both, the machine tells once it is known that its friction falls with speed.
+    The readings decide once the friction that falls with speed is in the model.
     """
     outcome = asked("pairs", 446, SHORTEST, "axis")
     assert outcome.hits == 2
@@ -165,7 +165,7 @@ def test_what_no_catalogue_has_is_flagged_where_it_is() -> None:
 @pytest.mark.full(sibling="test_what_no_catalogue_has_is_flagged_where_it_is")
 @pytest.mark.parametrize(("number", "other"), [(540, "flow_saturation"), (486, "external_leakage")])
 def test_a_cell_whose_gain_bends_is_named_as_one_of_another_law(number: int, other: str) -> None:
-    """Held-out data want less of a gain error that saturates, beside an effect of another law."""
+    """Held-out data have a smaller gain error that saturates, next to an effect of another law."""
     outcome = asked("foreign-pairs", number, SHORTEST)
     assert outcome.exact
     assert outcome.case.effects.keys() == {other, "load_force.gain_error"}

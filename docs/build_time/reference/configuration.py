@@ -76,7 +76,7 @@ def _section(title: str, model: Any, *further: str) -> list[str]:
 
 
 def _ways(model: type[TableOfWays]) -> str:
-    """Return which keys say the same, of which one way is to be chosen."""
+    """Return the sentence on alternative keys, of which one set is to be given."""
     optional = tuple(0 for _ in model.groups) in model.ways
     return f"{'If any, give' if optional else 'Give'} {text(model.wanted)}."
 

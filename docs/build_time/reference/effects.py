@@ -28,7 +28,7 @@ def _table(effect: Effect) -> str:
 
 
 def effect_section(effect: Effect) -> str:
-    """Return what the declaration of an effect says."""
+    """Return the section of an effect from its declaration."""
     parts = [
         f"### {effect.name}",
         code(effect.equation),

@@ -15,7 +15,7 @@ and the [protocol](protocol.md) of control port and panel."""
 
 
 def write(pages: Mapping[str, ModuleType]) -> str:
-    """Return the page; the docstring of a page's module says what the page holds."""
+    """Return the page; the docstring of a page's module describes the page."""
     rows = [
         (f"[{name.replace('_', ' ')}]({name}.md)", _holds(module)) for name, module in pages.items()
     ]

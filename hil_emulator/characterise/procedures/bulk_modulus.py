@@ -1,8 +1,8 @@
 """Effective bulk modulus of the oil against pressure, by compression (S1 eq. 3.1, S2 eq. 1).
 
 The valve's ports are plugged and a press pushes the rod in, so chamber a holds a fixed mass of
-oil and air: beta = -V dp/dV from a laboratory gauge and the displacement of the press. It should
-give the exact expression for oil of constant modulus E with air of volume r_v at atmosphere,
+oil and air: beta = -V dp/dV from a laboratory gauge and the displacement of the press. The expected
+value is the exact expression for oil of constant modulus E with air of volume r_v at atmosphere,
 
     beta = E (1 + w)/(1 + w E/(kappa p)),    w = r_v (p_0/p)^(1/kappa).
 """
@@ -34,7 +34,7 @@ _CHECKED = (10e5, 50e5, 100e5, 200e5)  # pressures of the comparison [Pa]
 def mixture(pressure: Series, modulus: float, fraction: float, exponent: float) -> Series:
     """Return the bulk modulus of oil with entrained air [Pa] (S2 eq. 1, corrected).
 
-    The printed form divides by r_v and does not tend to E where there is no air.
+    The printed form divides by r_v and does not tend to E for r_v = 0.
     """
     gas = fraction * (ATMOSPHERE / pressure) ** (1.0 / exponent)
     return np.asarray(modulus * (1.0 + gas) / (1.0 + gas * modulus / (exponent * pressure)))
@@ -46,14 +46,14 @@ def _compress(bench: Bench) -> tuple[Series, Series]:
         "supply_pressure": 2.0 * _LOWEST,  # both chambers start near _LOWEST
         "valve_gain": 1e-30,
         "load_mass": 1.0,
-        "load_viscous_friction_coefficient": 1e5,  # of the press, so that nothing swings
+        "load_viscous_friction_coefficient": 1e5,  # of the press, so that nothing oscillates
     }
     stand = bench.stand(plugged)
     area = bench.value("cylinder_piston_area")
     time = np.arange(0.0, _DURATION, stand.period)
     push = area * _LOWEST * (_HIGHEST / _LOWEST) ** (time / _DURATION)
-    seen = stand.drive(0.0, push - area * _LOWEST)
-    p, v = seen.signals["pressure_a"], seen.signals["volume_a"]
+    record = stand.drive(0.0, push - area * _LOWEST)
+    p, v = record.signals["pressure_a"], record.signals["volume_a"]
     rising = (np.diff(p) > 1e-5 * p[1:]) & (p[1:] > _LOWEST)
     beta = -(v[1:] + v[:-1]) / 2.0 * np.diff(p) / np.diff(v)
     return ((p[1:] + p[:-1]) / 2.0)[rising], beta[rising]

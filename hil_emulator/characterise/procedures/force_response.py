@@ -2,9 +2,9 @@
 
 Small sines of the current, much smaller than the opening at null, about the current that holds the
 rod; f_h from the pressure sensors, f from the load cell. Dry friction is switched off, as in the
-linear model, and so is an overlap: the test is at the edges of the dead band, where a driver that
-compensates it works. The picture shows the measured responses, both transfer functions of S1, whose
-edges are turbulent, and the exact linearisation of the model.
+linear model. An overlap is switched off, too: the operating point is at the edge of the dead band,
+as with a driver that compensates it. The picture shows the measured responses, both transfer
+functions of S1, whose edges are turbulent, and the exact linearisation of the model.
 """
 
 import math
@@ -29,16 +29,16 @@ Response = NDArray[np.complex128]
 _HERTZ = np.geomspace(10.0, 200.0, 37)  # of the reference machine; others by their resonance
 _OF_NULL = 0.2  # amplitude of the sines, part of the opening at null: nearly linear there
 _OF_PUSH = 0.03  # largest force at resonance, part of the largest push (assumed)
-_TIGHT = 1e-3  # the same of edges closed at null, part of the rated current
-_CLEAR = 0.1  # of the largest gain: below, noise of the sensors adds to the amplitude
+_TIGHT = 1e-3  # amplitude for edges closed at null, part of the rated current
+_CLEAR = 0.1  # part of the largest gain below which sensor noise biases the amplitude
 _FORCES = {"f_h": "hydraulic_force", "f": "load_force"}
 _PERIOD = 2e-4  # of the signal generator [s]
 _SETTLING, _MEASURED = 0.4, 0.8  # of the reference machine [s]
-_DECAYS, _LONGEST = 4.0, 2.0  # time constants that a lightly damped machine settles, at most [s]
+_DECAYS, _LONGEST = 4.0, 2.0  # settling of a lightly damped machine: time constants, longest [s]
 
 
 def _amplitude(bench: Bench, rest: linearise.Linearisation) -> float:
-    """Return the amplitude of the sines [A]: little of the opening at null and of the push."""
+    """Return the amplitude of the sines [A], small relative to the opening at null and the push."""
     omega = 2.0 * math.pi * quickness(bench) * _HERTZ
     gain = float(np.max(np.abs(rest.response("valve_current", "hydraulic_force", omega))))
     push = bench.value("supply_pressure") * bench.value("cylinder_piston_area")
@@ -47,7 +47,7 @@ def _amplitude(bench: Bench, rest: linearise.Linearisation) -> float:
 
 
 def _decay(rest: linearise.Linearisation) -> float:
-    """Return the rate at which the slowest motion that swings dies out [1/s]."""
+    """Return the decay rate of the slowest oscillation [1/s]."""
     swinging = rest.poles[np.abs(rest.poles.imag) > 1.0].real
     return float(np.min(np.abs(swinging), initial=math.inf))
 
@@ -65,12 +65,12 @@ def _responses(bench: Bench, hertz: float, rest: linearise.Linearisation) -> lis
     ticks = round((settling + _MEASURED / quick) / period)
     middle = period * (np.arange(ticks) + 0.5)
     amplitude = _amplitude(bench, rest)
-    seen = stand.drive(rest.current + amplitude * np.sin(omega * middle))
-    seen = seen.after(settling)
+    record = stand.drive(rest.current + amplitude * np.sin(omega * middle))
+    record = record.after(settling)
     area, alpha = bench.value("cylinder_piston_area"), bench.value("cylinder_area_ratio")
-    hydraulic = area * (seen.readings["pressure_a"] - alpha * seen.readings["pressure_b"])
-    forces = (hydraulic, seen.readings["load_force"])
-    return [fundamental(seen.time, force, omega) / amplitude for force in forces]
+    hydraulic = area * (record.readings["pressure_a"] - alpha * record.readings["pressure_b"])
+    forces = (hydraulic, record.readings["load_force"])
+    return [fundamental(record.time, force, omega) / amplitude for force in forces]
 
 
 def _columns(force: str, response: str, values: Response) -> dict[str, Column]:
@@ -104,7 +104,7 @@ def _linear(bench: Bench) -> linearise.Linearisation:
 def _with_exact(
     rest: linearise.Linearisation, hertz: NDArray[np.float64], responses: Response
 ) -> list[Comparison]:
-    """Compare both measured responses with the exact ones, unless no current passes."""
+    """Compare both measured responses with the exact ones, unless the edges are closed at null."""
     rows = []
     for measured, (symbol, name) in zip(responses, _FORCES.items(), strict=True):
         exact = rest.response("valve_current", name, 2.0 * math.pi * hertz)
@@ -119,11 +119,11 @@ def run(bench: Bench) -> BenchResult:
     values = at_the_edge({**bench.values, **bench.smooth()})
     analytic = linear.reduced(linear.LinearisedMachine.of(values), rest_point(rest))
     hertz = quickness(bench) * _HERTZ
-    seen = np.array([_responses(bench, f, rest) for f in hertz]).T
+    responses = np.array([_responses(bench, f, rest) for f in hertz]).T
     omega = 2.0 * math.pi * hertz
     columns = {"frequency": column("Hz", hertz)}
-    comparisons = _with_exact(rest, hertz, seen)
-    for measured, (symbol, name) in zip(seen, _FORCES.items(), strict=True):
+    comparisons = _with_exact(rest, hertz, responses)
+    for measured, (symbol, name) in zip(responses, _FORCES.items(), strict=True):
         exact = rest.response("valve_current", name, omega)
         printed = getattr(analytic, name).freqresp(omega)[1]
         for kind, response in (("sensors", measured), ("S1", printed), ("exact", exact)):
@@ -138,7 +138,7 @@ def run(bench: Bench) -> BenchResult:
         ),
         columns=columns,
         comparisons=comparisons,
-        again=lambda other: _with_exact(_linear(other), hertz, seen),
+        again=lambda other: _with_exact(_linear(other), hertz, responses),
         notes=[
             f"The current that holds the rod is {rest.current * 1e6:+.1f} uA.",
             *left_out(bench.values, at_rest=True),

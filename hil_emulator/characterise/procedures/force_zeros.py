@@ -1,6 +1,6 @@
 """Zeros of hydraulic force and load force, from sensors under sines of large stroke.
 
-Piston and load are a linear filter between both forces whatever the valve does:
+Piston and load are a linear filter between both forces, independent of the valve:
 
     f/f_h = (M_l s + B_l)/((M_l + m) s + B_l + B) = g (s - z_f)/(s - z_h)
 
@@ -27,9 +27,9 @@ DOCUMENT_ZEROS = (-10.0, -30.0)
 _HERTZ = np.array([0.8, 1.2, 1.6, 2.4, 3.2, 4.8, 6.4, 9.6])
 _SPEED = 0.25  # largest speed of the sines [m/s]
 _PART = 0.3  # largest amplitude, part of the stroke
-_SLOWEST = 0.2  # of the frequencies' scale: below, a test would take too long (assumed)
-_OF_SPOOL = 0.5  # highest frequency, part of the spool's natural one
-_NOISE = 0.02  # what the noise of usual sensors leaves of a zero (assumed)
+_SLOWEST = 0.2  # smallest scale of the frequencies, to limit the duration of a test (assumed)
+_OF_SPOOL = 0.5  # highest frequency, part of the spool's natural frequency
+_NOISE = 0.02  # relative error of a zero from the noise of usual sensors (assumed)
 _SECONDS = 8.0  # measured for each sine, after one second
 
 
@@ -39,7 +39,7 @@ def _ratio(bench: Bench, hertz: float, slow: float) -> complex:
     Args:
         bench: the machine.
         hertz: the frequency.
-        slow: how much slower all goes than on the documents' machine.
+        slow: speed of the test relative to the documents' machine.
 
     """
     stroke, omega = bench.value("cylinder_stroke"), 2.0 * math.pi * hertz
@@ -48,17 +48,17 @@ def _ratio(bench: Bench, hertz: float, slow: float) -> complex:
         0.5 * stroke, min(_PART * stroke, min(_SPEED, fastest(bench)) / omega), hertz, stand.period,
         hertz * (_SECONDS + 1.0) / slow,
     )  # fmt: skip
-    seen = Mover(bench, stand).follow(path).after(1.0 / slow)
+    record = Mover(bench, stand).follow(path).after(1.0 / slow)
     area, alpha = bench.value("cylinder_piston_area"), bench.value("cylinder_area_ratio")
-    hydraulic = area * (seen.readings["pressure_a"] - alpha * seen.readings["pressure_b"])
-    load = fundamental(seen.time, seen.readings["load_force"], omega)
-    return load / fundamental(seen.time, hydraulic, omega)
+    hydraulic = area * (record.readings["pressure_a"] - alpha * record.readings["pressure_b"])
+    load = fundamental(record.time, record.readings["load_force"], omega)
+    return load / fundamental(record.time, hydraulic, omega)
 
 
 def fit_zeros(omega: Series, ratio: Series) -> tuple[float, float]:
     """Return z_f and z_h [rad/s] by least squares on ratio (s - z_h) = g (s - z_f)."""
     s = 1j * omega
-    # unknown: z_h, g, g z_f; each row is weighted to the error of the ratio itself
+    # unknowns: z_h, g, g z_f; each row is weighted by the error of the ratio
     rows = np.column_stack([ratio, s, -np.ones_like(s)]) / np.abs(s)[:, None]
     wanted = ratio * s / np.abs(s)
     both = np.vstack([rows.real, rows.imag])
@@ -81,8 +81,8 @@ def run(bench: Bench) -> BenchResult:
     hertz = _HERTZ * scale
     ratio = np.array([_ratio(bench, f, min(1.0, scale)) for f in hertz])
     omega = 2.0 * math.pi * hertz
-    found = fit_zeros(omega, ratio)
-    # zeros far below the slowest sine show as differences of nearly equal numbers
+    zeros = fit_zeros(omega, ratio)
+    # zeros far below the slowest sine follow from differences of nearly equal numbers
     tolerance = _NOISE * max(1.0, 3.0 * float(omega[0]) / abs(formula[1]))
     names = ("zero of the load force f", "zero of the hydraulic force f_h")
     s = 1j * omega
@@ -113,7 +113,7 @@ def run(bench: Bench) -> BenchResult:
                     Agreement.DERIVED,
                 ),
             )
-            for name, expected, value in zip(names, pair, found, strict=True)
+            for name, expected, value in zip(names, pair, zeros, strict=True)
             if expected
         ],
     )

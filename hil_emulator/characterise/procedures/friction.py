@@ -35,32 +35,32 @@ def run(bench: Bench) -> BenchResult:
     for hertz in _HERTZ:
         stand = bench.stand({"initial_position": centre})
         reach = min(_PART * stroke, fastest(bench) / (2.0 * math.pi * hertz))
-        seen = Mover(bench, stand).follow(sine(centre, reach, hertz, stand.period, 3.0))
-        velocity, force = speed_and_friction(bench, seen.after(1.0 / hertz))
-        keep = np.linspace(0, len(velocity) - 1, 4000).astype(int)  # the same weight for each sine
+        record = Mover(bench, stand).follow(sine(centre, reach, hertz, stand.period, 3.0))
+        velocity, force = speed_and_friction(bench, record.after(1.0 / hertz))
+        keep = np.linspace(0, len(velocity) - 1, 4000).astype(int)  # equal weight of each sine
         speeds.append(velocity[keep])
         forces.append(force[keep])
         parts.append(np.full(len(keep), hertz))
     v, f, hertz_of = (np.concatenate(p) for p in (speeds, forces, parts))
-    found = fit(v, f, has_excess(bench))
+    fitted = fit(v, f, has_excess(bench))
     shown = slice(None, None, len(v) // (_SHOWN * len(_HERTZ)))
     return BenchResult(
         name=TEST.name,
         title=TEST.title,
         procedure=(
-            "Sines of ±30 % of the stroke about its middle at 0.1 to 2 Hz, of less where 40 % "
-            "of the no-load speed would be passed. Friction is the force "
+            "Sines of ±30 % of the stroke about its middle at 0.1 to 2 Hz, smaller if the speed "
+            "would exceed 40 % of the no-load speed. Friction is the force "
             "of both pressure sensors minus the load cell, velocity the mean difference of the "
             "position sensor over 10 ms; S1 eq. 3.18 is fitted above 3 mm/s."
         ),
-        columns={"frequency": column("Hz", hertz_of[shown])} | columns(v[shown], f[shown], found),
-        comparisons=comparisons(bench, found),
-        notes=[f"Sensors show {found.zero:+.1f} N without motion; taken off."],
+        columns={"frequency": column("Hz", hertz_of[shown])} | columns(v[shown], f[shown], fitted),
+        comparisons=comparisons(bench, fitted),
+        notes=[f"Offset of the sensors at standstill: {fitted.zero:+.1f} N; subtracted."],
         figures=[
             DocumentFigure("S1 Fig. 3.8", "F_c0 = 100 N, F_s0 = 100 N, C_s = 0.02 m/s, "
                            "B = 1000 N s/m, for illustration", "its curve, by S1 eq. 3.18"),
             DocumentFigure("S1 Fig. 3.9", "the line fitted through its points: B = 1000 N s/m and "
-                           "F_c0 = 100 N (S1 3.4.2)", "that line; the points are not known here"),
+                           "F_c0 = 100 N (S1 3.4.2)", "that line; S1 does not state the points"),
         ],
     )  # fmt: skip
 

@@ -1,6 +1,6 @@
 """Friction at constant speeds (the procedure of S2).
 
-At constant speed nothing accelerates, so S2 eq. 8 gives friction = driving force - load without a
+At constant speed the acceleration is 0, so S2 eq. 8 gives friction = driving force - load without a
 derivative. One mean per speed and direction.
 """
 
@@ -34,8 +34,8 @@ def _one_speed(bench: Bench, velocity: float) -> tuple[float, float]:
     longest = _LONGEST / min(1.0, quickness(bench))
     length = min(_LENGTH * whole, longest * abs(velocity))
     stand = bench.stand({"initial_position": start})
-    seen = Mover(bench, stand).follow(stroke(start, velocity, length, stand.period))
-    v, force = speed_and_friction(bench, seen.after(0.5 * seen.time[-1]))
+    record = Mover(bench, stand).follow(stroke(start, velocity, length, stand.period))
+    v, force = speed_and_friction(bench, record.after(0.5 * record.time[-1]))
     return float(np.mean(v)), float(np.mean(force))
 
 
@@ -45,7 +45,7 @@ def run(bench: Bench) -> BenchResult:
     speeds = [max(_SPEEDS[0], share * speed) for speed in _SPEEDS]
     points = [_one_speed(bench, sign * speed) for sign in (-1.0, 1.0) for speed in speeds]
     v, f = np.array(sorted(points)).T
-    found = fit(v, f, has_excess(bench))
+    fitted = fit(v, f, has_excess(bench))
     return BenchResult(
         name=TEST.name,
         title=TEST.title,
@@ -53,9 +53,9 @@ def run(bench: Bench) -> BenchResult:
             "Seven constant speeds in each direction; mean of pressure force minus load cell over "
             "the second half of each stroke; S1 eq. 3.18 is fitted through the means."
         ),
-        columns=columns(v, f, found),
-        comparisons=comparisons(bench, found),
-        notes=[f"Sensors show {found.zero:+.1f} N without motion; taken off."],
+        columns=columns(v, f, fitted),
+        comparisons=comparisons(bench, fitted),
+        notes=[f"Offset of the sensors at standstill: {fitted.zero:+.1f} N; subtracted."],
     )
 
 

@@ -4,10 +4,10 @@ Ports a and b are joined through a flow meter. An edge that opens by u passes K_
 
     underlap u_0   inside |u| < u_0 both edges of a port are open: 2 K_v u sqrt(dp), twice the gain
     zero lap       K_v u sqrt(dp) throughout
-    overlap u_0    nothing inside, K_v (|u| - u_0) sqrt(dp) beyond
+    overlap u_0    0 inside, K_v (|u| - u_0) sqrt(dp) beyond
 
-(Merritt 1967, open, critical and closed centre), in turbulent flow: what is that narrow creeps, and
-passes less.
+(Merritt 1967, open, critical and closed centre), in turbulent flow. Laminar flow through such
+narrow edges is smaller.
 """
 
 from collections.abc import Mapping
@@ -37,14 +37,14 @@ _LAPS: Mapping[str, tuple[str, ...]] = {
 _WIDTH = 0.01  # of each lap, part of the rated current
 _SWEEP = np.linspace(-4.0, 4.0, 321)  # currents, in laps
 _HELD = 0.02  # each current [s]
-_QUICK = 250.0  # least natural frequency of the spool, which is to stand in that time [Hz]
-_BEYOND = 0.1  # of the full opening, from where on the flow shows the dead band
+_QUICK = 250.0  # lowest natural frequency of the spool, which must settle in that time [Hz]
+_BEYOND = 0.1  # part of the full opening from which on the flow curve shows the dead band
 _ABSENT = "half of the dead band, as configured: the valve has no overlap beyond its clearance."
 _TO_LITRES = 6e4  # m³/s -> l/min
 
 
 def ideal_flow(name: str, current: Series) -> Series:
-    """Return the flow of a lap over that of an edge opened by one lap; current in laps."""
+    """Return the flow of a lap relative to an edge opened by one lap; current in laps."""
     size, sign = np.abs(current), np.sign(current)
     if name == "underlap":
         return np.asarray(np.where(size < 1.0, 2.0 * current, sign * (size + 1.0)))
@@ -61,8 +61,8 @@ def _flow(bench: Bench, width: float, fields: tuple[str, ...]) -> Series:
     middle = 0.5 * (supply["supply_pressure"] + bench.value("tank_pressure"))
     stand.plant.state.pressure_a = stand.plant.state.pressure_b = middle
     ticks = round(_HELD / stand.period)
-    seen = stand.drive(np.repeat(_SWEEP * width, ticks))
-    return seen.signals["leakage_flow"][ticks - 1 :: ticks]
+    record = stand.drive(np.repeat(_SWEEP * width, ticks))
+    return record.signals["leakage_flow"][ticks - 1 :: ticks]
 
 
 def _slope(flow: Series, near: NDArray[np.bool_]) -> float:
@@ -70,7 +70,7 @@ def _slope(flow: Series, near: NDArray[np.bool_]) -> float:
 
 
 def _configured(bench: Bench) -> list[Comparison]:
-    """Compare half of the valve's own dead band with where its flow curve would start."""
+    """Compare half of the valve's dead band with the extrapolated start of its flow curve."""
     edges = Edges.of(bench)
     half = edges.overlap - edges.underlap - edges.clearance
     if edges.overlap == 0.0 or half <= 0.0:
@@ -78,7 +78,7 @@ def _configured(bench: Bench) -> list[Comparison]:
     current, flow = flow_curve(bench)
     starts = []
     for sign in (1.0, -1.0):
-        # where the passages bend the curve, its start is straight
+        # fitted near the start, because the passages bend the rest of the curve
         open_by = sign * current - edges.beyond(_BEYOND)
         near = (open_by > 0.0) & (open_by < 3.0 * _BEYOND * (edges.rated - edges.overlap))
         slope, offset = np.polyfit(current[near], flow[near], 1)
@@ -86,7 +86,7 @@ def _configured(bench: Bench) -> list[Comparison]:
     measured = 0.5 * float(starts[0] - starts[1])
     return [
         Comparison("half of the dead band, as configured", "uA", half * 1e6,
-                   "overlap less what the clearance is worth", measured * 1e6, 0.02,
+                   "overlap less the opening of the clearance", measured * 1e6, 0.02,
                    Agreement.CONFIGURED)
     ]  # fmt: skip
 
@@ -127,8 +127,8 @@ def run(bench: Bench) -> BenchResult:
         inapplicable=[] if configured else [_ABSENT],
         figures=[
             DocumentFigure(
-                "S1 Fig. 3.3", "zero lap for the valve, beside it underlap and overlap; no widths",
-                "the three shapes for straight edges, with a lap chosen here",
+                "S1 Fig. 3.3", "zero lap for the valve, and underlap and overlap; no widths",
+                "the three shapes for straight edges, with an assumed lap",
             )
         ],
     )  # fmt: skip

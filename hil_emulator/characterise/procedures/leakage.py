@@ -1,11 +1,11 @@
 """Leakage of valve and cylinder with a clamped rod.
 
-The current goes step by step through null, so that both chambers go from tank to supply pressure.
-The flow meters in supply and tank line show the valve's leakage: at null both ports sit at half the
-pressure and two lands pass C_d/0.6 K_v u_0 sqrt((p_s - p_t)/2) each, with the discharge coefficient
-at the Reynolds number there. Beyond null what passes the closed lands is left, 1/(1 + 2 z/u_c) of
-laminar flow past an overlap z, which the transducer on the spool shows. What flows into chamber a
-leaves it past the piston and outwards: q_a = C_i (p_a - p_b) + C_e (p_a - p_atm).
+The current is stepped through null, so that both chambers go from tank to supply pressure. The flow
+meters in supply and tank line measure the valve's leakage. At null both ports are at half the
+pressure, and two lands pass C_d/0.6 K_v u_0 sqrt((p_s - p_t)/2) each, with the discharge
+coefficient at this Reynolds number. Beyond null only the flow past the closed lands remains: 1/(1 +
+2 z/u_c) of laminar flow past an overlap z, which the spool's transducer measures. The flow into
+chamber a leaves past the piston and outwards: q_a = C_i (p_a - p_b) + C_e (p_a - p_atm).
 """
 
 import math
@@ -25,8 +25,8 @@ from hil_emulator.model.constants import ATMOSPHERE
 from hil_emulator.pages.palette import BLUE, VERMILION
 
 _STEPS = np.linspace(-1.0, 1.0, 41)  # currents around null, parts of the sweep about it
-_TIGHT = 3e-3  # the sweep where edges are tight, part of the rated current
-_HELD, _AVERAGED = 1.5, 0.3  # each step, and its end that counts [s]
+_TIGHT = 3e-3  # sweep for tight edges, part of the rated current
+_HELD, _AVERAGED = 1.5, 0.3  # length of each step, and of its averaged end [s]
 _TO_LITRES = 6e4  # m³/s -> l/min
 
 
@@ -34,16 +34,16 @@ def _steady(bench: Bench, below: float, current: Series) -> tuple[Series, ...]:
     """Return p_a, p_b [Pa], flow into a and through the valve [m³/s] and spool [A] per current."""
     ideal = bench.off("supply", "tank")
     clamped = bench.clamped(keep=("internal_leakage", "external_leakage"))
-    # what leaks does not depend on the chambers' volumes; small ones settle in every machine
+    # leakage does not depend on the chambers' volumes; small ones settle quickly
     stand = bench.stand(ideal | clamped | SMALL_CHAMBERS)
     stand.drive(np.linspace(below, current[0], round(_HELD / stand.period)))
     rows = []
     for value in current:
-        seen = stand.drive(np.full(round(_HELD / stand.period), value)).after(_HELD - _AVERAGED)
-        # what leaks outwards passes one of the two meters only: their mean is the lands' share
-        through = 0.5 * (seen.signals["supply_flow"] + seen.signals["tank_flow"])
-        columns = (seen.readings["pressure_a"], seen.readings["pressure_b"],
-                   seen.signals["flow_a"], through, seen.signals["spool_position"])  # fmt: skip
+        record = stand.drive(np.full(round(_HELD / stand.period), value)).after(_HELD - _AVERAGED)
+        # leakage outwards passes only one of the two meters: their mean is the flow of the lands
+        through = 0.5 * (record.signals["supply_flow"] + record.signals["tank_flow"])
+        columns = (record.readings["pressure_a"], record.readings["pressure_b"],
+                   record.signals["flow_a"], through, record.signals["spool_position"])  # fmt: skip
         rows.append([float(np.mean(c)) for c in columns])
     return tuple(np.array(rows).T)
 
@@ -67,9 +67,10 @@ def _edge(bench: Bench, opening: float, drop: float) -> float:
 
 
 def _foot(bench: Bench, travel: float, drop: float) -> float:
-    """Return the flow past closed lands at a travel from null [m³/s], 0 where none leak.
+    """Return the flow past closed lands at a travel from null [m³/s], 0 for tight lands.
 
-    Blocked between an open and a closed edge, a port splits the drop as the squares of both.
+    A blocked port between an open and a closed edge divides the pressure drop by the squares of
+    both openings.
     """
     edges = Edges.of(bench)
     if not edges.clearance:
@@ -80,7 +81,7 @@ def _foot(bench: Bench, travel: float, drop: float) -> float:
 
 @dataclass(frozen=True)
 class _Meters:
-    """What the meters show: leakage at null and at the ends [m³/s], and both conductances."""
+    """Readings of the meters: leakage at null and at the ends [m³/s], and both conductances."""
 
     at_null: float
     ends: float
@@ -90,7 +91,7 @@ class _Meters:
 
 
 def _comparisons(bench: Bench, meters: _Meters) -> list[Comparison]:
-    """Compare with the configured machine; an expected 0 is of what it does not have."""
+    """Compare with the configured machine; an expected 0 means that the leakage is absent."""
     edges = Edges.of(bench)
     lap = edges.opening(0.0)
     drop = bench.value("supply_pressure") - bench.value("tank_pressure")
@@ -111,9 +112,9 @@ def _comparisons(bench: Bench, meters: _Meters) -> list[Comparison]:
 
 
 def _reason(bench: Bench, quantity: str) -> str:
-    """Return why a quantity does not apply."""
+    """Return the reason why a quantity does not apply."""
     if quantity.startswith("valve leakage") and bench.value("land_leakage_clearance"):
-        return f"{quantity}: the piston leaks, and the ports are not blocked."
+        return f"{quantity}: the piston leaks, so the ports are not blocked."
     return f"{quantity}: the configuration has no such leakage."
 
 
@@ -121,7 +122,7 @@ def run(bench: Bench) -> BenchResult:
     """Measure leakage with flow meters in supply line, tank line and port a."""
     sweep = Edges.of(bench).about_null or _TIGHT * bench.rated_current
     current = find_null(bench) + 0.5 * loop(bench) + _STEPS * sweep
-    # from so far below that the spool stands on the rising side of its loop
+    # starts so far below that the spool is on the rising side of its loop
     below = current[0] - loop_reach(bench)
     p_a, p_b, flow_a, through, spool = _steady(bench, below, current)
     meters = _Meters(

@@ -4,8 +4,8 @@ With both ports closed each chamber is a spring, of S1 eq. 3.11-3.14 with no flo
 
     K = A_p² (beta_a/V_a + alpha² beta_b/V_b),    omega_n = √(K/M),    zeta = (B + B_l)/(2 √(K M)).
 
-A blow makes the rod ring; the pressure sensors show it, and the pole that rings is read off their
-force by the matrix pencil (Hua and Sarkar 1990), which knows nothing of the machine.
+An impulse makes the rod oscillate. The pole of the oscillation follows from the force of the
+pressure sensors by the matrix pencil method (Hua and Sarkar 1990), without a model of the machine.
 """
 
 import math
@@ -27,14 +27,14 @@ from hil_emulator.pages.palette import BLACK, VERMILION
 _PARTS = np.linspace(0.1, 0.9, 9)  # positions, parts of the stroke
 _COMPARED = (0, 4, 8)  # three of them
 _BLOW = 0.1  # of the piston area times supply pressure
-_STRUCK, _DURATION = 5e-3, 1.0  # at the reference machine's resonance [s]
-_PERIOD = 1e-3  # of the readings, likewise [s]
+_STRUCK, _DURATION = 5e-3, 1.0  # for the reference machine's resonance [s]
+_PERIOD = 1e-3  # of the readings, for the same resonance [s]
 _RINGING, _QUIET = slice(6, 206), slice(-300, None)  # readings after the blow; before the end
 
 
 @dataclass(frozen=True)
 class Ringing:
-    """What the sensors show after a blow: at rest, and the pole that rings."""
+    """Sensor readings after a blow: values at rest, and the pole of the oscillation."""
 
     position: float
     pressure_a: float
@@ -47,7 +47,7 @@ def ringing_pole(values: Series, period: float) -> complex:
 
     Args:
         values: without a mean, shape (n,).
-        period: between two of them [s].
+        period: between two values [s].
 
     """
     windows = sliding_window_view(values, len(values) // 2).T
@@ -71,7 +71,7 @@ def stiffness(bench: Bench, position: float, pressure_a: float, pressure_b: floa
 
 
 def _ring(bench: Bench, position: float) -> Ringing:
-    """Strike the rod at rest at a position [m], and listen."""
+    """Apply a blow to the rod at rest at a position [m], and evaluate the oscillation."""
     closed = bench.off("valve", "supply", "tank", "cylinder", "friction", "load",
                        keep=("viscous_friction", "load_viscous_friction"))  # fmt: skip
     quick = quickness(bench)
@@ -79,15 +79,15 @@ def _ring(bench: Bench, position: float) -> Ringing:
     stand = bench.stand(closed | {"valve_gain": 1e-30, "initial_position": position}, period)
     area, alpha = bench.value("cylinder_piston_area"), bench.value("cylinder_area_ratio")
     supply = bench.value("supply_pressure")
-    # at rest p_a = alpha p_b; S1 takes p_a + p_b = p_s
+    # at rest p_a = alpha p_b; S1 assumes p_a + p_b = p_s
     stand.plant.state["pressure_b"] = supply / (1.0 + alpha)
     stand.plant.state["pressure_a"] = alpha * supply / (1.0 + alpha)
     time = np.arange(0.0, _DURATION / quick, stand.period)
-    seen = stand.drive(0.0, np.where(time < _STRUCK / quick, _BLOW * area * supply, 0.0)).readings
-    force = area * (seen["pressure_a"] - alpha * seen["pressure_b"])
+    record = stand.drive(0.0, np.where(time < _STRUCK / quick, _BLOW * area * supply, 0.0)).readings
+    force = area * (record["pressure_a"] - alpha * record["pressure_b"])
     pole = ringing_pole((force - np.mean(force[_QUIET]))[_RINGING], stand.period)
     position, p_a, p_b = (
-        float(np.mean(seen[name][_QUIET])) for name in ("position", "pressure_a", "pressure_b")
+        float(np.mean(record[name][_QUIET])) for name in ("position", "pressure_a", "pressure_b")
     )
     return Ringing(position, p_a, p_b, pole)
 
@@ -102,7 +102,7 @@ def _formulas(bench: Bench, heard: Sequence[Ringing]) -> tuple[Series, Series]:
 
 
 def _comparisons(
-    position: Series, found: tuple[Series, Series], expected: tuple[Series, Series]
+    position: Series, measured: tuple[Series, Series], expected: tuple[Series, Series]
 ) -> list[Comparison]:
     quantities = (
         ("natural frequency", "Hz", "√(K/M), S1 eq. 3.11-3.14", 5e-3),
@@ -112,14 +112,14 @@ def _comparisons(
         Comparison(f"{name} at {position[i] * 1e3:.0f} mm", unit,
                    float(formula[i]), source, float(values[i]), tolerance, Agreement.DERIVED)
         for (name, unit, source, tolerance), values, formula
-        in zip(quantities, found, expected, strict=True)
+        in zip(quantities, measured, expected, strict=True)
         for i in _COMPARED
         if formula[i]
     ]  # fmt: skip
 
 
 def run(bench: Bench) -> BenchResult:
-    """Strike the rod along the stroke and compare with both springs and the mass."""
+    """Apply blows along the stroke and compare with both springs and the mass."""
     heard = [_ring(bench, part * bench.value("cylinder_stroke")) for part in _PARTS]
     position = np.array([h.position for h in heard])
     poles = np.array([h.pole for h in heard])
@@ -131,7 +131,7 @@ def run(bench: Bench) -> BenchResult:
         procedure=(
             "Both ports closed, dry friction switched off, a blow of 5 ms on the rod at nine "
             "positions. Frequency and decay of the force of both pressure sensors; stiffness of "
-            "the oil at the position and the pressures that the sensors show at rest."
+            "the oil at the position and the sensors' pressures at rest."
         ),
         columns={
             "position": column("mm", position * 1e3),

@@ -1,9 +1,9 @@
 """Chamber pressures of a free rod in both directions, and its speed (S1 eq. 3.9-3.12).
 
-Without load p_a = alpha p_b, and q_b = alpha q_a makes the drops at the two edges differ by
-alpha² where their flow is turbulent; so the pressures follow from the areas alone and jump where
-the direction changes. With p_t = 0: alpha³ and alpha² over 1 + alpha³ of the supply pressure in
-extension, alpha and 1 over 1 + alpha³ in retraction.
+Without load p_a = alpha p_b. With q_b = alpha q_a and turbulent flow the drops at the two edges
+differ by alpha². So the pressures follow from the areas alone, and jump at a change of direction.
+With p_t = 0 they are alpha³ and alpha² over 1 + alpha³ of the supply pressure in extension, alpha
+and 1 over 1 + alpha³ in retraction.
 """
 
 import math
@@ -21,8 +21,8 @@ from hil_emulator.pages.palette import BLUE, VERMILION
 
 _PART = 0.1  # of the full opening
 _TRAVEL = 0.6  # part of the stroke
-_SETTLED = 0.4  # part of the record that is left out
-_FREE_MASS = 1.0  # of rod and piston with nothing attached, rounded up [kg] (assumed)
+_SETTLED = 0.4  # part of the record for settling, left out
+_FREE_MASS = 1.0  # of rod and piston without a load, rounded up [kg] (assumed)
 
 
 def expected_pressures(
@@ -34,7 +34,7 @@ def expected_pressures(
         alpha: annulus over piston area.
         supply: pressure [Pa].
         tank: pressure [Pa].
-        extends: whether it does.
+        extends: whether the rod extends.
         unlike: opening of the edge at port a over that at port b.
 
     """
@@ -67,7 +67,7 @@ def _move(bench: Bench, sign: float, null: float) -> BenchRecord:
         | bench.sealed()
         | {
             "load_mass": _FREE_MASS,
-            # a small valve's edges are partly laminar there: C_d < 0.6 at the smaller drop alone
+            # without it a small valve's edges are partly laminar: C_d < 0.6 at the smaller drop
             "valve_critical_reynolds_number": 0.0,
             "initial_position": 0.5 * stroke * (1.0 - sign * _TRAVEL),
         }
@@ -85,8 +85,8 @@ def run(bench: Bench) -> BenchResult:
     )  # fmt: skip
     null, parts, comparisons = find_null(bench), [], []
     for sign, name in ((1.0, "extension"), (-1.0, "retraction")):
-        seen = _move(bench, sign, null)
-        late = seen.after(_SETTLED * seen.time[-1]).readings
+        record = _move(bench, sign, null)
+        late = record.after(_SETTLED * record.time[-1]).readings
         wanted = expected_pressures(alpha, supply, tank, sign > 0.0, _unlike(bench, sign))
         for channel, value in zip(("pressure_a", "pressure_b"), wanted, strict=True):
             comparisons.append(Comparison(
@@ -94,7 +94,7 @@ def run(bench: Bench) -> BenchResult:
                 "areas and supply pressure alone (S1 eq. 3.9-3.12)",
                 float(np.mean(late[channel])) * 1e-5, 5e-3, Agreement.DERIVED,
             ))  # fmt: skip
-        parts.append(_rows(seen, sign))
+        parts.append(_rows(record, sign))
     table = np.concatenate(parts, axis=1)
     names = (("direction", ""), ("time", "s"), ("pressure a", "bar"), ("pressure b", "bar"),
              ("position", "mm"))  # fmt: skip
@@ -102,18 +102,18 @@ def run(bench: Bench) -> BenchResult:
         name=TEST.name,
         title=TEST.title,
         procedure=(
-            "Load, friction and laminar flow taken away, 10 % of the full opening in each "
-            "direction; mean of the pressure sensors once the start has died out."
+            "Load, friction and laminar flow switched off, 10 % of the full opening in each "
+            "direction; mean of the pressure sensors after the start has settled."
         ),
         columns={n: column(unit, v) for (n, unit), v in zip(names, table, strict=True)},
         comparisons=comparisons,
     )
 
 
-def _rows(seen: BenchRecord, sign: float) -> Series:
-    read = seen.readings
+def _rows(record: BenchRecord, sign: float) -> Series:
+    read = record.readings
     return np.array([
-        np.full_like(seen.time, sign), seen.time, read["pressure_a"] * 1e-5,
+        np.full_like(record.time, sign), record.time, read["pressure_a"] * 1e-5,
         read["pressure_b"] * 1e-5, read["position"] * 1e3,
     ])  # fmt: skip
 
@@ -127,7 +127,7 @@ def draw(result: BenchResult, figure: Figure) -> None:
             time, pressure = (result.where("direction", sign, n) for n in ("time", channel))
             axes.plot(time, pressure, color=colour, linewidth=1, label=channel)
         look.label(axes, "time [s]", "pressure [bar]" if sign > 0.0 else "", name)
-    axes.set_ylim(bottom=0)  # of both: they share it, and scale with both
+    axes.set_ylim(bottom=0)  # shared by both axes
     look.legend(axes)
 
 

@@ -1,15 +1,15 @@
 """Pressure sensitivity of the valve: blocked ports, slow sine (S1 3.5.1).
 
-With openings a(u) and a(-u) of both its edges a blocked port sits at
+With openings a(u) and a(-u) of its two edges the pressure of a blocked port is
 
     p = p_t + (p_s - p_t) a(u)² / (a(u)² + a(-u)²),
 
-whose slope at null is K_p = (p_s - p_t) a'(0)/a(0): for laminar as for turbulent flow, as both
-depend on the product of opening and root of the drop alone. a(0)/a'(0) is the opening at null of an
-underlap, the clearance of leaking lands, and with an overlap of these twice the overlap more. Both
-sweeps of the sine together cancel the lag of the 10 ms that the ports need. Where hysteresis or
-threshold part them, a ramp goes through either null instead, from so far that the spool stands on
-one side of its loop, and the mean of both slopes is taken.
+whose slope at null is K_p = (p_s - p_t) a'(0)/a(0), for laminar and turbulent flow: both depend
+only on the product of the opening and the root of the drop. a(0)/a'(0) is the opening at null for
+an underlap, and the clearance for leaking lands, plus twice the overlap if there is one. The rising
+and the falling sweep of the sine together cancel the lag of the ports, 10 ms. If hysteresis or
+threshold separate the sweeps, a ramp goes through each null instead. It starts so far away that the
+spool is on one side of its loop; the result is the mean of both slopes.
 """
 
 import math
@@ -33,17 +33,17 @@ from hil_emulator.characterise.stand import Bench, Stand
 from hil_emulator.pages.palette import BLACK, BLUE, VERMILION
 
 DOCUMENT_SENSITIVITY = 5.7e11
-"""K_pa, about the magnitude of K_pb [Pa/A] (S1 3.5.1)."""
+"""K_pa, and approximately the magnitude of K_pb [Pa/A] (S1 3.5.1)."""
 _SWEEP = 20.0  # period of the sine, and twice the time of a ramp [s]
-_BEHIND, _WAITS = 1.0, 4.0  # way to a ramp's beginning, and time for tight lands to fill ports [s]
-_WIDE = 0.05  # amplitude of the sweep that looks for the null, part of the rated current
+_BEHIND, _WAITS = 1.0, 4.0  # approach to a ramp's start, and time for tight lands to fill ports [s]
+_WIDE = 0.05  # amplitude of the sweep that searches the null, part of the rated current
 _NEAR_NULL = 0.3  # part of the width of the null over which the slope is fitted
 _PLUG = 2e-7
-"""What is left behind plugged ports of a valve of the reference's size [m³]: so little that
-creeping oil fills it in time."""
-_SMOOTHED = 51  # readings averaged before the null is read off
-_LOOP_NOTE = "Hysteresis and threshold part both sweeps by up to {:.3g} uA."
-_TIGHT = "pressure sensitivity: edges closed at null have no finite one; give land_leakage."
+"""Volume at plugged ports of a valve of the reference's size [m³], small enough for leakage to fill
+it in time."""
+_SMOOTHED = 51  # readings averaged before the null is determined
+_LOOP_NOTE = "Hysteresis and threshold separate the two sweeps by up to {:.3g} uA."
+_TIGHT = "pressure sensitivity: infinite for edges closed at null; give land_leakage."
 _KEPT = slice(None, None, 10)  # of the readings, in the table
 
 
@@ -59,15 +59,15 @@ def _sweep(bench: Bench, centre: float, amplitude: float) -> tuple[Series, Serie
     stand = _blocked(bench)
     time = np.arange(0.0, 1.25 * _SWEEP, stand.period)
     current = centre + amplitude * np.sin(2.0 * math.pi * time / _SWEEP)
-    seen = stand.drive(current).readings
+    readings = stand.drive(current).readings
     whole = slice(round(0.25 * _SWEEP / stand.period), None)
-    return current[whole], seen["pressure_a"][whole], seen["pressure_b"][whole]
+    return current[whole], readings["pressure_a"][whole], readings["pressure_b"][whole]
 
 
 def _slope(current: Series, pressure: Series, centre: float, width: float) -> float:
-    """Return the slope at `centre` of a curve through the points around it [Pa/A].
+    """Return the slope at `centre` of a curve fitted to the points around it [Pa/A].
 
-    A cubic, bent another way on either side: an edge that closes is not one that opens.
+    The curve is a cubic with different curvature on each side, as one edge opens and one closes.
     """
     near = np.abs(current - centre) < width
     t = (current[near] - centre) / width
@@ -84,7 +84,7 @@ def _crossing(current: Series, difference: Series) -> float:
 
 
 def _nulls(bench: Bench) -> list[float]:
-    """Return the null of the rising and of the falling current; one where they are the same [A]."""
+    """Return the nulls of the rising and the falling current; a single one if they agree [A]."""
     wide = _WIDE * bench.rated_current + loop_reach(bench)
     current, p_a, p_b = _sweep(bench, 0.0, wide)
     rising = np.gradient(current) > 0.0
@@ -98,10 +98,10 @@ def find_null(bench: Bench) -> float:
 
 
 def _ramp(bench: Bench, centre: float, by: float, reach: float) -> tuple[Series, Series, Series]:
-    """Return what `_sweep` does over a ramp from centre - by to centre + by.
+    """Return the same as `_sweep` for a ramp from centre - by to centre + by.
 
-    It comes from so far behind that the spool stands on one side of its loop, and without a step,
-    after which the spool would overshoot and stick.
+    The approach is so long that the spool is on one side of its loop, and has no step, after which
+    the spool would overshoot and stick.
     """
     stand = _blocked(bench)
     count = round(0.5 * _SWEEP / stand.period)
@@ -109,9 +109,9 @@ def _ramp(bench: Bench, centre: float, by: float, reach: float) -> tuple[Series,
     from_far = np.linspace(start - math.copysign(reach, by), start, round(_BEHIND / stand.period))
     waiting = np.full(round(_WAITS / stand.period), start)
     current = np.concatenate([from_far, waiting, np.linspace(start, centre + by, count)])
-    seen = stand.drive(current).readings
+    readings = stand.drive(current).readings
     ramp = slice(-count, None)
-    return current[ramp], seen["pressure_a"][ramp], seen["pressure_b"][ramp]
+    return current[ramp], readings["pressure_a"][ramp], readings["pressure_b"][ramp]
 
 
 def _sweeps(bench: Bench, amplitude: float) -> list[tuple[Series, Series, Series]]:
@@ -172,7 +172,7 @@ def run(bench: Bench) -> BenchResult:
         title=TEST.title,
         procedure=(
             f"Both ports blocked, the current on a sine of {1 / _SWEEP:.2f} Hz around null, or on "
-            "a ramp through either null of a valve with hysteresis or threshold. "
+            "a ramp through each null of a valve with hysteresis or threshold. "
             "The slope is that of a smooth curve through the readings of both sweeps at null."
         ),
         columns={
@@ -186,7 +186,7 @@ def run(bench: Bench) -> BenchResult:
         + ([_LOOP_NOTE.format(loop(bench) * 1e6)] if loop(bench) else []),
         inapplicable=[_TIGHT] if tight else [],
         figures=[
-            DocumentFigure("S1 3.5.1", "K_pa and K_pb about 5.7e11 Pa/A, their signs aside",
+            DocumentFigure("S1 3.5.1", "magnitude of K_pa and K_pb about 5.7e11 Pa/A",
                            "two straight lines of that slope through half the pressure at null"),
         ],
     )  # fmt: skip

@@ -1,10 +1,10 @@
 """Volumetric efficiency of the pump against pressure, and the loss over a relief valve (S1 3.2).
 
-The valve, its ports joined, is the load: opened step by step it draws more flow at a lower
-pressure. Two pumps, of the size of the machine's own where it has one, else of the catalogue's:
+The valve with joined ports is the load: opened in steps, it draws more flow at a lower pressure.
+Two pumps of the size of the machine's pump, or of the catalogue's if the machine has no pump:
 
-    variable displacement   99 % below 100 bar, some 90 % at 250 bar, at full stroke
-    fixed displacement      what the valve does not draw passes the relief valve and is lost
+    variable displacement   99 % below 100 bar, about 90 % at 250 bar, at full stroke
+    fixed displacement      the flow that the valve does not draw is lost over the relief valve
 """
 
 import numpy as np
@@ -30,9 +30,9 @@ from hil_emulator.characterise.stand import Bench
 from hil_emulator.pages.palette import BLACK, BLUE, VERMILION
 
 DOCUMENT_EFFICIENCY = {100e5: 0.99, 250e5: 0.90}
-"""Of a variable-displacement pump, by pressure [Pa] (S1 3.2)."""
-_ROUNDING = 1e-3  # of an efficiency said in whole percent: a tenth of the smaller loss
-_PARTS = np.linspace(0.0, 1.0, 21)  # openings of the valve, parts of the one for the pump's flow
+"""Efficiency of a variable-displacement pump, by pressure [Pa] (S1 3.2)."""
+_ROUNDING = 1e-3  # tolerance of an efficiency in whole percent: a tenth of the smaller loss
+_PARTS = np.linspace(0.0, 1.0, 21)  # openings of the valve, relative to that for the pump's flow
 _CLOSED = {"underlap_lap": 0.0, "land_leakage_clearance": 0.0}
 _TO_LITRES = 6e4  # m³/s -> l/min
 
@@ -43,7 +43,7 @@ def run(bench: Bench) -> BenchResult:
     p_set = bench.value("supply_pressure")
     variable = at_full_stroke(bench, {}, ("pump_pressure", "pump_power", "supply_power"))
     p_v, efficiency = variable["pump_pressure"], variable["supply_power"] / variable["pump_power"]
-    # lands of a large valve would draw what a small pump gives
+    # lands of a large valve would draw the whole flow of a small pump
     stand = pump_circuit(bench, _CLOSED | {"fixed_pump_flow": flow})
     opening = _PARTS * current_for(bench, flow, p_set)
     names = ("pump_pressure", "pump_power", "supply_power", "relief_flow")
@@ -53,7 +53,7 @@ def run(bench: Bench) -> BenchResult:
         title=TEST.title,
         procedure=(
             "The valve with joined ports loads the pump, opened in 21 steps; power into the valve "
-            "over power that the pump's flow takes."
+            "over power of the pump's flow."
         ),
         columns={
             "pressure, variable pump": column("bar", p_v * 1e-5),

@@ -1,9 +1,9 @@
 """Torque at the pump's shaft, and with it the pump's three efficiencies (S1 3.2 and Table 3.1).
 
-The valve, its ports joined, loads the machine's variable pump at full stroke, from 20 to 265 bar.
-The shaft's torque is a straight line, T = D (1 + C_f) p + D p_d nu/nu_40 with D = q_0/omega. How
-much of its power becomes heat is told by the oil: in a circuit that gives none away all of it does,
-rho c V dT/dt = omega T.
+The valve with joined ports loads the machine's variable pump at full stroke, from 20 to 265 bar.
+The shaft's torque is a straight line, T = D (1 + C_f) p + D p_d nu/nu_40 with D = q_0/omega. The
+heat follows from the oil temperature: without heat loss all power at the shaft becomes heat, rho c
+V dT/dt = omega T.
 """
 
 import numpy as np
@@ -14,8 +14,8 @@ from hil_emulator.characterise.procedure import Chapter, Procedure
 from hil_emulator.characterise.pump_circuit import (
     SET_HIGH,
     at_full_stroke,
+    configured_or_typical,
     current_for,
-    own_or_typical,
     pump_circuit,
     pump_flow,
     settling,
@@ -32,18 +32,18 @@ from hil_emulator.characterise.stand import Bench
 from hil_emulator.pages.palette import BLACK, BLUE, SKY, VERMILION
 
 DOCUMENT_PRESSURE, DOCUMENT_OVERALL = 160e5, 0.90
-"""Overall efficiency of S1 Table 3.1, and HyQ's supply pressure [Pa], as the table names none."""
+"""Overall efficiency of S1 Table 3.1, at HyQ's supply pressure [Pa]; the table has no pressure."""
 
 _TOLERANCE = 1e-3
 _SIGNALS = ("pump_pressure", "shaft_torque", "shaft_power", "pump_power", "supply_power")
-# power counts from vacuum: a return line under pressure would take its share along
+# without tank pressure, because hydraulic power is relative to absolute pressure 0
 _INSULATED = {"oil_heating_wall": 0.0, "oil_heating_cooler": 0.0, "tank_pressure": 0.0}
-_OIL_PER_FLOW = 60.0  # oil in that circuit over the pump's flow: a minute of it [s]
+_OIL_PER_FLOW = 60.0  # oil volume of that circuit over the pump's flow [s]
 _HALF_POWER = 135e5  # pressure at which the heat is measured [Pa]
 
 
 def _warming(bench: Bench, changes: dict[str, float], flow: float) -> tuple[float, float]:
-    """Return heat that the oil takes up, and the shaft's power [W]."""
+    """Return heat flow into the oil, and the shaft's power [W]."""
     volume = _OIL_PER_FLOW * flow
     heated = changes | _INSULATED | {"oil_heating_volume": volume, "variable_pump_flow": flow,
                                      "supply_pressure": SET_HIGH}  # fmt: skip
@@ -52,24 +52,24 @@ def _warming(bench: Bench, changes: dict[str, float], flow: float) -> tuple[floa
     for _ in range(settling(bench, flow, _HALF_POWER)):
         steady(stand, current, ())
     before = float(stand.plant.signals.oil_temperature)
-    seen = stand.drive(np.full(round(1.0 / stand.period), current))
-    rise = float(seen.signals["oil_temperature"][-1]) - before
+    record = stand.drive(np.full(round(1.0 / stand.period), current))
+    rise = float(record.signals["oil_temperature"][-1]) - before
     specific = bench.value("oil_heating_specific_heat")
     heat = bench.value("oil_density") * specific * volume * rise
-    return heat, float(np.mean(seen.signals["shaft_power"]))
+    return heat, float(np.mean(record.signals["shaft_power"]))
 
 
 def run(bench: Bench) -> BenchResult:
     """Load the pump with the valve."""
-    flow, friction = pump_flow(bench), own_or_typical(bench, "pump_friction")
+    flow, friction = pump_flow(bench), configured_or_typical(bench, "pump_friction")
     rubbing = {"pump_friction_coefficient": friction}
-    seen = at_full_stroke(bench, rubbing, _SIGNALS)
-    pressure, torque = seen["pump_pressure"], seen["shaft_torque"]
+    signals = at_full_stroke(bench, rubbing, _SIGNALS)
+    pressure, torque = signals["pump_pressure"], signals["shaft_torque"]
     displacement = flow / bench.value("supply_pump_speed")
     slope, start = np.polyfit(pressure, torque / displacement, 1)
     drag = bench.value("pump_friction_drag") * bench.relative_viscosity
-    overall = seen["supply_power"] / seen["shaft_power"]
-    mechanical = seen["pump_power"] / seen["shaft_power"]
+    overall = signals["supply_power"] / signals["shaft_power"]
+    mechanical = signals["pump_power"] / signals["shaft_power"]
     heat, power = _warming(bench, rubbing, flow)
     return BenchResult(
         name=TEST.name,
@@ -101,8 +101,8 @@ def run(bench: Bench) -> BenchResult:
         ],
         notes=[f"Pump of {displacement * 2e6 * np.pi:.3g} cm³ per turn."],
         figures=[
-            DocumentFigure("S1 Table 3.1", "90 % of the shaft's power leave the pump, at a "
-                           "pressure that the table does not name", "one point, at 160 bar"),
+            DocumentFigure("S1 Table 3.1", "90 % of the shaft's power leave the pump, at an "
+                           "unstated pressure", "one point, at 160 bar"),
         ],
     )  # fmt: skip
 

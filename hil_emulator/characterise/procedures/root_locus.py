@@ -1,8 +1,8 @@
 """Root locus of force feedback over its gain (S1 Fig. 3.14).
 
-The current u = -k f, or -k f_h, at rest at mid-stroke. As the gain grows, one pole of each loop
-tends to the zero of its force, which S1 reads off at -10 and -30 rad/s. The poles of the exact
-linearisation of the model, the machine as S1's linear model has it, beside the roots of
+The current u = -k f, or -k f_h, at rest at mid-stroke. With increasing gain one pole of each loop
+tends to the zero of its force, which S1 states as -10 and -30 rad/s. The poles of the exact
+linearisation, with the effects of S1's linear model, are compared with the roots of
 
     1 + k F(s) = 0
 
@@ -45,7 +45,7 @@ def roots(above: Series, below: Series, gains: Series) -> Poles:
 
 
 def gain_margin(above: Series, below: Series) -> float:
-    """Return the gain at which the loop starts to swing [A/N], by the criterion of Nyquist."""
+    """Return the gain at the stability limit [A/N], by the Nyquist criterion."""
     response = np.polyval(above, 1j * _OMEGA) / np.polyval(below, 1j * _OMEGA)
     crosses = np.flatnonzero(np.diff(np.sign(response.imag)) != 0)
     return float(1.0 / np.max(-response.real[crosses]))
@@ -60,14 +60,14 @@ def largest_stable(gains: Series, poles: Poles) -> float:
 
 
 def _moving(poles: Poles) -> Poles:
-    """Leave out the position, a pole at the origin that no feedback of a force moves."""
+    """Leave out the pole of the position at the origin, which force feedback does not move."""
     order = np.argsort(np.abs(poles), axis=1)[:, 1:]
     return np.take_along_axis(poles, order, axis=1)
 
 
-def _distance(found: Poles, expected: Poles) -> float:
-    """Return the largest relative distance of an expected pole from the one found nearest."""
-    apart = np.abs(found[:, :, None] - expected[:, None, :]).min(axis=1) / np.abs(expected)
+def _distance(poles: Poles, expected: Poles) -> float:
+    """Return the largest relative distance of an expected pole from the nearest pole."""
+    apart = np.abs(poles[:, :, None] - expected[:, None, :]).min(axis=1) / np.abs(expected)
     return float(apart.max())
 
 
@@ -102,7 +102,7 @@ def run(bench: Bench) -> BenchResult:
     columns, comparisons = {"gain": column("uA/N", _GAINS * 1e6)}, []
     for force, name in _FORCES.items():
         exact = _moving(rest.closed_loop_poles("valve_current", name, _GAINS))
-        # once more about where it ends: between two gains a pole may turn sharply
+        # finer gains around the stability limit, because a pole may turn sharply between two gains
         fine = largest_stable(_GAINS, exact) * np.geomspace(0.9, 1.1, 101)
         closer = _moving(rest.closed_loop_poles("valve_current", name, fine))
         columns |= _columns(force, exact)
@@ -129,14 +129,14 @@ def run(bench: Bench) -> BenchResult:
 
 
 def _poles(result: BenchResult, force: str) -> Poles:
-    """Return the poles at each gain again, shape (gains, poles) [rad/s]."""
+    """Return the poles at each gain from the table, shape (gains, poles) [rad/s]."""
     indices = range(sum(name.endswith(f", {force}") for name in result.columns) // 2)
     parts = [[result[f"{part} {i}, {force}"] for i in indices] for part in ("real", "imag")]
     return np.asarray(np.array(parts[0]) + 1j * np.array(parts[1])).T
 
 
 def _locus(plane: Axes, near: Axes, poles: Poles, gains: Series) -> None:
-    """Draw the upper half plane, and the real poles near the origin over the gain."""
+    """Draw the upper half plane, and the real poles near the origin against the gain."""
     plane.plot(poles.real, poles.imag, ".", markersize=3, color=BLUE)
     plane.plot(poles[0].real, poles[0].imag, "x", color=VERMILION)
     plane.axvline(0.0, color=BLACK, linewidth=0.8, linestyle=":")
@@ -154,7 +154,7 @@ def _locus(plane: Axes, near: Axes, poles: Poles, gains: Series) -> None:
 
 
 def draw(result: BenchResult, figure: Figure) -> None:
-    """Draw both loci, and below them how a real pole tends to the zero."""
+    """Draw both loci, and below them the real pole that tends to the zero."""
     grid = figure.subplots(2, 2)
     for (plane, near), force in zip(grid.T, _FORCES, strict=True):
         _locus(plane, near, _poles(result, force), result["gain"])

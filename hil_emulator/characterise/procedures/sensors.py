@@ -1,7 +1,7 @@
 """Noise, resolution and delay of every sensor channel (S1 3.4.3).
 
-Noise and resolution at rest; gain and delay from a sine of the rod, each channel against the
-quantity it measures as a laboratory instrument shows it.
+Noise and resolution at rest; gain and delay from a sine of the rod, each channel compared with a
+laboratory instrument for the same quantity.
 """
 
 import math
@@ -32,13 +32,13 @@ DOCUMENT_LOAD_CELL_NOISE = 50.0
 """±50 N of the load cell (S1 3.4.3), taken as three standard deviations [N]."""
 _REST = 4.0  # [s]
 _HERTZ, _PART = 4.0, 0.25  # of the sine; amplitude, part of the stroke
-_TIMING = 5e-5  # what noise leaves of a measured delay [s]
-_SHOWN = {"bar": 1e-5, "mm": 1e3}  # from SI to the unit of a channel, where they differ
+_TIMING = 5e-5  # error of a measured delay from noise [s]
+_SHOWN = {"bar": 1e-5, "mm": 1e3}  # factors from SI to the unit of a channel, if they differ
 
 
 @dataclass(frozen=True)
-class _Seen:
-    """What was found of one channel, SI; nan where the sine does not reach it."""
+class _Measured:
+    """Measured values of one channel, SI; nan if the sine does not excite it."""
 
     noise: float
     step: float
@@ -53,13 +53,13 @@ def _step(reading: Series) -> float:
     return float(real.min()) if real.size else 0.0
 
 
-def _look(channel: Channel, rest: BenchRecord, moving: BenchRecord) -> _Seen:
+def _measure(channel: Channel, rest: BenchRecord, moving: BenchRecord) -> _Measured:
     omega = 2.0 * math.pi * _HERTZ
     truth = fundamental(moving.time, moving.signals[channel.signal], omega)
     ratio = complex(math.nan, math.nan)
     if abs(truth) > 1e-4 * channel.span:
         ratio = fundamental(moving.time, moving.readings[channel.name], omega) / truth
-    return _Seen(
+    return _Measured(
         noise=float(np.std(rest.readings[channel.name] - rest.signals[channel.signal])),
         step=_step(moving.readings[channel.name]),
         gain=abs(ratio),
@@ -70,8 +70,8 @@ def _look(channel: Channel, rest: BenchRecord, moving: BenchRecord) -> _Seen:
 def expected_delay(given: Mapping[str, float], omega: float) -> float:
     """Return the delay [s] of a sine through filters, estimator and dead time of a channel.
 
-    That of a filter is its phase, arg H(j omega)/omega, of 1/(1 + tau s) and of a Butterworth
-    low-pass of second order; towards slow sines tau and sqrt(2)/(2 pi f_c).
+    The delay of a filter is its phase, arg H(j omega)/omega, for 1/(1 + tau s) and a Butterworth
+    low-pass of second order; at low frequency it is tau and sqrt(2)/(2 pi f_c).
     """
     delay = given.get("delay_time", 0.0) + 0.5 * given.get("velocity_estimator_window", 0.0)
     lag = math.atan(omega * given.get("lag_time_constant", 0.0))
@@ -79,7 +79,7 @@ def expected_delay(given: Mapping[str, float], omega: float) -> float:
     return delay + (lag + math.atan2(math.sqrt(2.0) * w, 1.0 - w * w)) / omega
 
 
-def _rows(channel: Channel, given: Mapping[str, float], seen: _Seen) -> list[Comparison]:
+def _rows(channel: Channel, given: Mapping[str, float], result: _Measured) -> list[Comparison]:
     """Compare one channel with its configuration."""
     factor, name = _SHOWN.get(channel.shown, 1.0), channel.name.replace("_", " ")
     sigma, step = given.get("noise_sigma", 0.0), given.get("resolution_step", 0.0)
@@ -87,9 +87,9 @@ def _rows(channel: Channel, given: Mapping[str, float], seen: _Seen) -> list[Com
     delay = expected_delay(given, 2.0 * math.pi * _HERTZ)
     rows = [
         (sigma, f"noise of {name}, standard deviation", channel.shown, noise * factor,
-         seen.noise * factor, 0.05),
-        (step, f"resolution of {name}", channel.shown, step * factor, seen.step * factor, 1e-3),
-        (delay, f"delay of {name}", "ms", delay * 1e3, seen.delay * 1e3,
+         result.noise * factor, 0.05),
+        (step, f"resolution of {name}", channel.shown, step * factor, result.step * factor, 1e-3),
+        (delay, f"delay of {name}", "ms", delay * 1e3, result.delay * 1e3,
          max(0.05, _TIMING / delay) if delay else 0.0),
     ]  # fmt: skip
     return [
@@ -101,9 +101,11 @@ def _rows(channel: Channel, given: Mapping[str, float], seen: _Seen) -> list[Com
     ]
 
 
-def _comparisons(bench: Bench, seen: Mapping[str, _Seen]) -> list[Comparison]:
-    rows = [row for c in CHANNELS for row in _rows(c, bench.sensors.get(c.name, {}), seen[c.name])]
-    noise = seen["load_force"].noise
+def _comparisons(bench: Bench, results: Mapping[str, _Measured]) -> list[Comparison]:
+    rows = [
+        row for c in CHANNELS for row in _rows(c, bench.sensors.get(c.name, {}), results[c.name])
+    ]
+    noise = results["load_force"].noise
     if noise and of_documents(bench):
         rows.append(Comparison(
             "noise of the load cell, three standard deviations", "N", DOCUMENT_LOAD_CELL_NOISE,
@@ -122,7 +124,7 @@ def run(bench: Bench) -> BenchResult:
     reach = min(_PART * 2.0 * centre, fastest(bench) / (2.0 * math.pi * _HERTZ))
     path = sine(centre, reach, _HERTZ, stand.period, 12.0)
     moving = Mover(bench, stand).follow(path).after(2.0 / _HERTZ)
-    seen = {c.name: _look(c, rest, moving) for c in CHANNELS}
+    results = {c.name: _measure(c, rest, moving) for c in CHANNELS}
     shown = slice(100, 600)
     return BenchResult(
         name=TEST.name,
@@ -139,10 +141,10 @@ def run(bench: Bench) -> BenchResult:
             )
             for c in CHANNELS
         },
-        comparisons=_comparisons(bench, seen),
+        comparisons=_comparisons(bench, results),
         notes=[
             f"{name}: gain {s.gain:.4f}, delay {s.delay * 1e3:.2f} ms at {_HERTZ:g} Hz."
-            for name, s in seen.items()
+            for name, s in results.items()
             if not math.isnan(s.gain)
         ],
         figures=[

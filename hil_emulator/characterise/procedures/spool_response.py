@@ -1,7 +1,8 @@
 """Frequency response of the spool at small and full amplitude (S1 3.3.1).
 
 The valve's bandwidth is 250 Hz at ±25 % and 100 Hz at ±100 % of the rated current, at 210 bar.
-Bandwidth means here: the fundamental of the spool's motion falls 3 dB below its static value.
+Bandwidth is the frequency at which the fundamental of the spool's motion is 3 dB below its static
+value.
 """
 
 import math
@@ -28,12 +29,12 @@ DOCUMENT_BANDWIDTH = {0.25: 250.0, 1.0: 100.0}
 """-3 dB in Hz by amplitude in rated currents, at 210 bar (S1 3.3.1)."""
 _PRESSURES = (210e5, 160e5)
 _DOCUMENTED = 250.0  # natural frequency of the documents' spool [Hz]
-_HERTZ = np.geomspace(10.0, 500.0, 30)  # for that spool; others by their natural frequency
-_PERIOD = 1e-4  # of the signal generator and the recorder, likewise [s]
-_SLOW = 0.5  # of that frequency, below which fewer and shorter sines have to do
+_HERTZ = np.geomspace(10.0, 500.0, 30)  # for that spool; scaled by the natural frequency
+_PERIOD = 1e-4  # of the signal generator and the recorder, scaled too [s]
+_SLOW = 0.5  # part of that frequency below which fewer and shorter sines are used
 _SLOW_HERTZ = np.geomspace(40.0, 500.0, 20)
 _SETTLING, _MEASURED = 6, 8  # periods of the sine
-_SHORT = (2, 4)  # the same of slow spools
+_SHORT = (2, 4)  # settling and measured periods of slow spools
 
 
 def _response(bench: Bench, pressure: float, amplitude: float, hertz: float) -> complex:
@@ -45,18 +46,18 @@ def _response(bench: Bench, pressure: float, amplitude: float, hertz: float) -> 
     stand = bench.stand(changes, period)
     omega = 2.0 * math.pi * hertz
     ticks = round((settling + measured) / hertz / period)
-    middle = period * (np.arange(ticks) + 0.5)  # a held value belongs to the middle of its tick
-    seen = stand.drive(amplitude * np.sin(omega * middle)).after(settling / hertz)
-    return fundamental(seen.time, seen.signals["spool_position"], omega) / amplitude
+    middle = period * (np.arange(ticks) + 0.5)  # a held value applies to the middle of its tick
+    record = stand.drive(amplitude * np.sin(omega * middle)).after(settling / hertz)
+    return fundamental(record.time, record.signals["spool_position"], omega) / amplitude
 
 
 def _scale(bench: Bench) -> float:
-    """Return how quick the spool is relative to the documents'."""
+    """Return the spool's natural frequency relative to the documents' spool."""
     return bench.value("valve_natural_frequency") / _DOCUMENTED
 
 
 def _pilot(bench: Bench, pressure: float) -> float:
-    """Return how much slower the pilot stage is than at its rated pressure, where that is on."""
+    """Return the speed of the pilot stage relative to its rated pressure, if that effect is on."""
     rated = bench.value("pilot_supply_rated_pressure")
     return 1.0 + bench.value("pilot_supply_share") * (math.sqrt(pressure / rated) - 1.0)
 
@@ -109,7 +110,7 @@ def run(bench: Bench) -> BenchResult:
             DocumentFigure(
                 "S1 3.3.1",
                 "250 Hz at ±25 % and 100 Hz at ±100 %, at 210 bar",
-                "two points; that -3 dB are meant is assumed",
+                "two points, assuming that the figures are for -3 dB",
             ),
         ],
     )

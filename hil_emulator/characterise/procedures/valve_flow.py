@@ -1,8 +1,8 @@
 """Flow of the valve against its current, in the circuit of S1 Fig. 3.4.
 
 Ports a and b are joined through a flow meter, so both metering edges share the pressure drop:
-dp_n2 = p_s - p_t = 2 dp_n1 (S1 eq. 3.7). The slope of the flow curve beyond the lap gives back
-the valve gain K_v = q_n/(u_n sqrt(dp_n1)) (S1 eq. 3.8).
+dp_n2 = p_s - p_t = 2 dp_n1 (S1 eq. 3.7). The slope of the flow curve beyond the lap is the valve
+gain K_v = q_n/(u_n sqrt(dp_n1)) (S1 eq. 3.8).
 """
 
 import math
@@ -31,8 +31,8 @@ def flow_curve(bench: Bench) -> tuple[Series, Series]:
     ramp = np.concatenate(
         [np.linspace(0, 1, 1000), np.linspace(1, -1, 2000), np.linspace(-1, 0, 1000)]
     )
-    seen = stand.drive(rated * ramp)
-    return seen.signals["spool_position"], seen.signals["leakage_flow"]
+    record = stand.drive(rated * ramp)
+    return record.signals["spool_position"], record.signals["leakage_flow"]
 
 
 def _gain(edges: Edges, current: Series, flow: Series, sign: float) -> float:
@@ -49,7 +49,7 @@ def run(bench: Bench) -> BenchResult:
     rated, edges = bench.rated_current, Edges.of(bench)
     both = [_gain(edges, current, flow, sign) for sign in (1.0, -1.0)]
     root = bench.value("valve_gain") * math.sqrt(NOMINAL_DROP / 2.0)
-    # hysteresis and threshold may keep the spool from its full opening
+    # hysteresis and threshold may prevent the full opening of the spool
     reached = min(0.99 * rated, float(current.max()))
     whole = edges.in_series(rated)
     nominal = float(np.interp(reached, *_rising(current, flow))) * whole / edges.in_series(reached)

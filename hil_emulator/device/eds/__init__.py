@@ -1,1 +1,1 @@
-"""Electronic data sheets (CiA 306): what they say of a device, whoever wrote them."""
+"""Reader of electronic data sheets (CiA 306), including common deviations from the standard."""

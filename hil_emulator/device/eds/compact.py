@@ -1,9 +1,8 @@
-"""What an EDS may leave out (CiA 306): members of arrays, and whole PDOs.
+"""Short forms of an EDS (CiA 306): members of arrays, and whole PDOs.
 
 `CompactSubObj=n` describes members 1 to n in one section; `[1016Value]` and `[1016Name]` give some
-of them values and names. `CompactPDO` says which members the communication records of PDOs have
-that the file does not describe, up to `NrOfRXPDO` and `NrOfTXPDO`. Both are written out here as
-the sections that they stand for.
+of them values and names. `CompactPDO` lists the members of the communication records of PDOs
+without a section, up to `NrOfRXPDO` and `NrOfTXPDO`. Both are expanded here into sections.
 """
 
 from collections.abc import Iterator
@@ -34,29 +33,29 @@ _COMMUNICATION = (
 
 
 def number(section: Section, key: str, report: Report) -> int:
-    """Return a number that is no value of an object; 0, with a note, where there is none.
+    """Return the number of a key of the file's structure; 0 if the key is missing.
 
     Raises:
-        UserError: the text is no number.
+        UserError: the text is not a number.
 
     """
     text = section.get(key)
     if not text:
         return 0
     try:
-        found = integer(text)
+        parsed = integer(text)
     except ValueError:
         raise report.refusal(section.name, key, f"{text!r} is not a number") from None
-    if found.odd:
-        report.note(section.name, key, found.odd)
-    return int(found.value)
+    if parsed.odd:
+        report.note(section.name, key, parsed.odd)
+    return int(parsed.value)
 
 
 def members(sheet: Sheet, section: Section, report: Report) -> Iterator[tuple[int, Section]]:
     """Yield the members that `CompactSubObj` stands for, by sub-index.
 
     Raises:
-        UserError: it is no number from 0 to 254.
+        UserError: it is not a number from 0 to 254.
 
     """
     count = number(section, "CompactSubObj", report)

@@ -1,8 +1,8 @@
-"""Default PDO mappings: what of them contradicts the rest of the file.
+"""Default PDO mappings that contradict the rest of the file.
 
-A device transmits what its default mapping says, also where PDOMapping or AccessType of the object
-would not let a master map it so. Entries that map nothing end the mapping. A PDO that maps what
-cannot be mapped does not exist until a master has configured it.
+A device transmits its default mapping even if PDOMapping or AccessType of an object do not allow a
+master this mapping. An entry that maps no object ends the mapping. A PDO with an impossible mapping
+does not exist until a master has configured it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -27,11 +27,11 @@ _TO_COMMUNICATION = RPDO_MAPPING - RPDO_COMMUNICATION
 
 
 class DefaultMappings:
-    """Goes through the mapping records of a file.
+    """Checks the mapping records of a file.
 
     Args:
         entries: every entry; some are altered.
-        report: takes what is odd.
+        report: collects the remarks.
 
     """
 
@@ -40,7 +40,7 @@ class DefaultMappings:
         self._report = report
 
     def admit(self) -> None:
-        """Let objects be mapped where their file maps them, and switch impossible PDOs off."""
+        """Make objects mappable where the file maps them; disable PDOs with impossible mappings."""
         for kind, first in _MAPPINGS:
             for index in range(first, first + MAX_PDOS):
                 count = self._entries.get((index, 0))
@@ -51,17 +51,17 @@ class DefaultMappings:
                         self._switch_off(index, kind, problems[0])
 
     def _cut(self, count: Entry) -> None:
-        """End a mapping before the first entry that maps nothing."""
+        """End a mapping before the first entry that maps no object."""
         for subindex in range(1, count.default + 1):
             word = self._entries.get((count.index, subindex))
             if word is None or not word.default:
-                text = f"{count.default} mapped objects, but number {subindex} is none"
+                text = f"{count.default} mapped objects, but entry {subindex} maps no object"
                 self._report.note(f"{count.index:04X}", "", text)
                 count.default = count.value = subindex - 1
                 return
 
     def _problems(self, count: Entry, kind: str) -> Iterator[str]:
-        """Yield why a mapping cannot be."""
+        """Yield the reasons why a mapping is impossible."""
         total = 0
         for subindex in range(1, count.default + 1):
             word = self._entries[count.index, subindex].default
@@ -72,7 +72,7 @@ class DefaultMappings:
             if target is not None and (target.type.name, bits) == (BYTE_BOOLEAN.name, 8):
                 self._widen(target)
             if index <= LAST_DUMMY:
-                continue  # what an RPDO may map of these, DummyUsage says
+                continue  # DummyUsage lists which of these an RPDO may map
             if target is None:
                 yield f"{where} does not exist"
             elif bits != target.type.bits:
@@ -85,7 +85,7 @@ class DefaultMappings:
             yield f"{total} bits"
 
     def _widen(self, target: Entry) -> None:
-        """Let a BOOLEAN that is mapped as a byte take one: else its own mapping is refused."""
+        """Make a BOOLEAN that is mapped with 8 bits a byte, so that its mapping is accepted."""
         if target.type is not BYTE_BOOLEAN:
             target.type = BYTE_BOOLEAN
             self._report.note(target.section, "", "a BOOLEAN mapped as 8 bits; it takes a byte")

@@ -1,4 +1,4 @@
-"""Reading an EDS or DCF (CiA 306): entries, what was odd, and what else it says of the device.
+"""Reading an EDS or DCF (CiA 306): entries, remarks, bit rates and the node-ID.
 
 These keys beyond CiA 306 tie an object to the physics behind it:
 
@@ -9,9 +9,9 @@ These keys beyond CiA 306 tie an object to the physics behind it:
 | Signal | the channel it shows or the command it gives, where that is not its ParameterName |
 | Delta | change in digits that is an event for an event-driven TPDO |
 
-They stand in the object's section, or, as checkers that know CiA 306 alone ask, in a line of
-`[Comments]`: `Line1=6100sub1: Signal=pressure_a Unit=Pa Factor=2500000`. Such a line may also give
-the DefaultValue or ParameterValue of a real number, which tools do not agree how to write.
+They stand in the object's section. For checkers that accept only keys of CiA 306 they may stand in
+a line of `[Comments]`: `Line1=6100sub1: Signal=pressure_a Unit=Pa Factor=2500000`. Such a line may
+also give the DefaultValue or ParameterValue of a real number, which tools write in different ways.
 """
 
 import itertools
@@ -31,21 +31,21 @@ from hil_emulator.device.entry import Entry
 from hil_emulator.errors import UserError
 
 MOST_ENTRIES = 200_000
-"""Entries of a device, written out: a quarter of a gigabyte; real ones have 10,000 (assumed)."""
+"""Entries of a device, expanded: 0.25 GB of memory; real devices have 10,000 (assumed)."""
 
 MANDATORY_OBJECTS = (0x1000, 0x1001)
 """CiA 301 7.5.1: device type and error register."""
 IDENTITY = 0x1018
-"""Mandatory, too, but older devices have none."""
+"""Mandatory as well, but missing in older devices."""
 BIT_RATES = (10, 20, 50, 125, 250, 500, 800, 1000)
-"""Those that `[DeviceInfo]` speaks of [kbit/s]."""
+"""Bit rates that `[DeviceInfo]` has keys for [kbit/s]."""
 DUMMY_TYPES = range(1, 8)
 
 _INTEGERS = (
     range(0x1000, 0x1008), range(0x100C, 0x100E), range(0x1010, 0x1021), range(0x1028, 0x102A),
     range(0x1200, 0x1300), range(0x1400, 0x1C00),
 )  # fmt: skip
-"""Objects of CiA 301 that hold integers alone and that services of a device compute with."""
+"""Objects of CiA 301 that services of a device compute with and that hold only integers."""
 
 BINDING = re.compile(r"^([0-9A-Fa-f]{4}(?:sub[0-9A-Fa-f]+)?):((?: \w+=\S+)+)$")
 """A line of [Comments] that gives keys to an object's section."""
@@ -57,12 +57,12 @@ _COMMISSIONING = ("DeviceComissioning", "DeviceCommissioning")
 
 @dataclass(frozen=True, slots=True)
 class DataSheet:
-    """What a file says.
+    """The content of a file.
 
     Attributes:
         entries: every entry, dummy types (index 1 to 7) included.
-        remarks: what was odd.
-        bit_rates: those that the device can do [bit/s]; empty where the file says none.
+        remarks: deviations from CiA 306.
+        bit_rates: bit rates that the device supports [bit/s]; empty if the file lists no rate.
 
     """
 
@@ -80,8 +80,8 @@ def load(path: Path, node_id: int) -> DataSheet:
 
     Raises:
         UserError: the file is missing, is not an EDS, is that of a modular device, describes an
-            object twice, has too many, lacks a mandatory object, or says something that has no
-            sense; names section and key.
+            object twice, has too many objects, lacks a mandatory object, or has a value without
+            meaning; the message names section and key.
 
     """
     report = Report(str(path))
@@ -106,16 +106,16 @@ def load(path: Path, node_id: int) -> DataSheet:
 
 def _check_integers(entries: Iterable[Entry], report: Report) -> None:
     for entry in entries:
-        if entry.type.kind != "integer" and any(entry.index in known for known in _INTEGERS):
+        if entry.type.kind != "integer" and any(entry.index in indices for indices in _INTEGERS):
             text = f"{entry.type.name}, where CiA 301 has an integer"
             raise report.refusal(entry.section, "DataType", text)
 
 
 def commissioned(path: Path) -> int | None:
-    """Return the node-ID that a DCF has; None for an EDS.
+    """Return the node-ID of a DCF; None for an EDS.
 
     Raises:
-        UserError: the file cannot be read, or its node-ID is no number.
+        UserError: the file cannot be read, or its node-ID is not a number.
 
     """
     report = Report(str(path))
@@ -123,14 +123,14 @@ def commissioned(path: Path) -> int | None:
 
 
 def _node_id(sheet: Sheet, report: Report) -> int | None:
-    found = [number(sheet.get(name), "NodeID", report) for name in _COMMISSIONING]
-    return next(filter(None, found), None)
+    numbers = [number(sheet.get(name), "NodeID", report) for name in _COMMISSIONING]
+    return next(filter(None, numbers), None)
 
 
 def _note_node_id(sheet: Sheet, node_id: int, report: Report) -> None:
-    own = _node_id(sheet, report)
-    if own not in (None, node_id):
-        text = f"{own}, but this is node {node_id}; COB-IDs may be those of the other one"
+    file_id = _node_id(sheet, report)
+    if file_id not in (None, node_id):
+        text = f"{file_id}, but this is node {node_id}; COB-IDs may be those of the other one"
         report.note(_COMMISSIONING[0], "NodeID", text)
 
 
@@ -141,18 +141,18 @@ def _refuse_modular(sheet: Sheet, report: Report) -> None:
         raise report.refusal(
             section.name,
             "NrOfEntries",
-            f"a modular device of up to {modules} kinds of module; which ones are plugged in the "
-            "file cannot say. Let the maker's tool write the EDS or DCF of your combination",
+            f"a modular device of up to {modules} kinds of module; the file does not list the "
+            "modules in use. Export the EDS or DCF of your combination with the maker's tool",
         )
 
 
 def _add_bindings(sheet: Sheet) -> None:
     """Copy the keys that lines of [Comments] give to objects into the objects' sections."""
-    for found in filter(None, map(BINDING.match, sheet.get("Comments").keys.values())):
-        if found[1] in sheet:
-            for pair in found[2].split():
+    for match in filter(None, map(BINDING.match, sheet.get("Comments").keys.values())):
+        if match[1] in sheet:
+            for pair in match[2].split():
                 key, _, text = pair.partition("=")
-                sheet.get(found[1]).set(key, text)
+                sheet.get(match[1]).set(key, text)
 
 
 def _dummies(sheet: Sheet, report: Report) -> list[Entry]:

@@ -1,4 +1,4 @@
-"""Objects of an EDS (CiA 306) as entries, whatever is merely odd about them noted."""
+"""Objects of an EDS (CiA 306) as entries, with a remark on each harmless deviation."""
 
 import math
 from collections.abc import Iterator
@@ -22,12 +22,12 @@ _SHORT_ACCESS = {"r": "ro", "w": "wo", "wr": "rw", "unknown": "wo"}
 
 
 class ObjectReader:
-    """Makes entries of the sections of one file.
+    """Creates entries from the sections of one file.
 
     Args:
         sheet: the sections.
         node_id: replaces $NODEID.
-        report: takes what is odd.
+        report: collects the remarks.
 
     """
 
@@ -42,7 +42,7 @@ class ObjectReader:
                 members[int(section.name[7:], 16)] = section
 
     def entries(self) -> Iterator[Entry]:
-        """Yield every entry, those without a section of their object too.
+        """Yield every entry, including members whose object has no section.
 
         Raises:
             UserError: an entry cannot be understood; names section and key.
@@ -70,8 +70,8 @@ class ObjectReader:
             yield self._entry(index, 0, section, DOMAIN_TYPE if kind == DOMAIN_OBJECT else 0)
 
     def _collection(self, index: int, section: Section) -> Iterator[Entry]:
-        own = self._members.get(f"{index:04X}", {})
-        members = {**dict(compact.members(self._sheet, section, self._report)), **own}
+        described = self._members.get(f"{index:04X}", {})
+        members = {**dict(compact.members(self._sheet, section, self._report)), **described}
         announced = number(section, "SubNumber", self._report)
         if announced and announced != len(members):
             self._report.note(section.name, "SubNumber", "is not the number of its members")
@@ -122,9 +122,9 @@ class ObjectReader:
         text = section.get("AccessType").partition("#")[0].strip().lower()
         access = _SHORT_ACCESS.get(text, text)
         if access not in ACCESS_TYPES:
-            known = ", ".join(sorted(ACCESS_TYPES))
+            allowed = ", ".join(sorted(ACCESS_TYPES))
             raise self._report.refusal(
-                section.name, "AccessType", f"{text!r} is none of CiA 306: {known}"
+                section.name, "AccessType", f"{text!r} is not one of {allowed} (CiA 306)"
             )
         if access != text:
             self._report.note(section.name, "AccessType", f"{text!r} taken as {access}")
@@ -137,7 +137,7 @@ class ObjectReader:
             if not text:
                 continue
             try:
-                found = value(text, data_type, self._node_id)
+                parsed = value(text, data_type, self._node_id)
             except OverflowError:
                 text = f"{text} does not fit a {data_type.name}; correct it, or the DataType"
                 raise self._report.refusal(section.name, key, text) from None
@@ -145,13 +145,13 @@ class ObjectReader:
                 text = f"{text!r} is no {data_type.name}; without a value"
                 self._report.note(section.name, key, text)
                 continue
-            if found.odd:
-                self._report.note(section.name, key, found.odd)
-            return found
+            if parsed.odd:
+                self._report.note(section.name, key, parsed.odd)
+            return parsed
         return Value(None)
 
     def _limit(self, section: Section, key: str, data_type: DataType) -> float | None:
-        """Return a limit; one that says nothing, or more than the type, is none."""
+        """Return a limit, or None if its text is empty or the type is narrower."""
         text = section.get(key)
         if not text or not data_type.numeric:
             return None
@@ -163,15 +163,15 @@ class ObjectReader:
         return limit
 
     def _real(self, section: Section, key: str, missing: float) -> float:
-        """Return a number of a key beyond CiA 306, `missing` where it makes no sense."""
+        """Return the number of a key beyond CiA 306, `missing` if its text is not usable."""
         text = section.get(key)
         if not text:
             return missing
         try:
-            found = float(text)
+            real = float(text)
         except ValueError:
-            found = math.nan
-        if math.isfinite(found) and (found or not missing):
-            return found
+            real = math.nan
+        if math.isfinite(real) and (real or not missing):
+            return real
         self._report.note(section.name, key, f"{text!r} is no usable number; {missing:g} instead")
         return missing

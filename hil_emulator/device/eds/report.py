@@ -1,7 +1,7 @@
-"""What an import found odd in a file but could read, and how it says what it could not.
+"""Remarks on deviations from CiA 306 in a file, and refusals of files that cannot be used.
 
-Files of makers break CiA 306 in many small ways. What is wrong but harmless is taken in the one
-sense it can have and noted here; what is not is refused with file, section and key.
+Files of makers break CiA 306 in many small ways. A harmless deviation with one possible meaning is
+accepted with a remark; any other is refused with file, section and key.
 """
 
 from collections.abc import Iterator, Sequence
@@ -14,11 +14,11 @@ SHOWN_PLACES = 4
 
 
 KEPT = 10_000
-"""Remarks that are kept: a file with more is no EDS, or odd in one way throughout (assumed)."""
+"""Remarks that are kept; a file with more is not an EDS or repeats one deviation (assumed)."""
 
 
 class Remark(NamedTuple):
-    """One oddity: its section, its key ("" for the whole section), and how it was taken."""
+    """One deviation: its section, its key ("" for the whole section), and how it was read."""
 
     section: str
     key: str
@@ -38,18 +38,18 @@ class Report:
         self.remarks: list[Remark] = []
 
     def note(self, section: str, key: str, text: str) -> None:
-        """Take down what is wrong but harmless."""
+        """Add a remark on a harmless deviation."""
         if len(self.remarks) < KEPT:
             self.remarks.append(Remark(section, key, text))
 
     def refusal(self, section: str, key: str, text: str) -> UserError:
-        """Return the error that says where the file cannot be used, and why."""
+        """Return the error for a file that cannot be used, with place and reason."""
         place = f" [{section}]" if section else ""
         return UserError(f"{self.source}{place}{' ' if key else ''}{key}: {text}")
 
 
 def lines(remarks: Sequence[Remark]) -> Iterator[str]:
-    """Yield the report, one line for all places where the same is odd."""
+    """Yield the report, one line for all places with the same deviation."""
     odd: dict[tuple[str, str], list[str]] = {}
     for remark in remarks:
         odd.setdefault((remark.key, remark.text), []).append(f"[{remark.section}]")

@@ -46,8 +46,8 @@ class Section:
 
     def get(self, key: str) -> str:
         """Return the text of a key, "" where it is missing or empty."""
-        found = self._keys.get(key.upper())
-        return found[1] if found else ""
+        entry = self._keys.get(key.upper())
+        return entry[1] if entry else ""
 
     def set(self, key: str, text: str) -> None:
         """Give a key a text."""
@@ -67,7 +67,7 @@ class Sheet:
         return _plain(name) in self._sections
 
     def get(self, name: str) -> Section:
-        """Return a section; an empty one where there is none of this name."""
+        """Return the section of this name, an empty section if it is missing."""
         return self._sections.get(_plain(name)) or Section(name)
 
     def add(self, section: Section) -> None:
@@ -76,7 +76,7 @@ class Sheet:
 
 
 def _plain(name: str) -> str:
-    """Return what all spellings of a section's name have in common."""
+    """Return the normalised spelling of a section's name."""
     if not OBJECT_SECTION.match(name):
         return name.upper()
     index, _, subindex = name.upper().partition("SUB")
@@ -84,10 +84,10 @@ def _plain(name: str) -> str:
 
 
 def read(path: Path) -> str:
-    """Return the text of a file: UTF-8 or UTF-16 where it says or proves so, else Latin-1.
+    """Return the text of a file: UTF-8 or UTF-16 by its byte order mark or content, else Latin-1.
 
     Raises:
-        UserError: the file cannot be read, is too large or no regular file.
+        UserError: the file cannot be read, is too large or not a regular file.
 
     """
     try:
@@ -107,7 +107,7 @@ def parse(text: str, report: Report) -> Sheet:
     """Return the sections of a text.
 
     Raises:
-        UserError: an object is described twice, and not in the same words.
+        UserError: two sections describe an object differently.
 
     """
     sheet, section = Sheet(), Section("")
@@ -131,7 +131,7 @@ def parse(text: str, report: Report) -> Sheet:
 
 
 def _close(sheet: Sheet, section: Section, report: Report) -> None:
-    """Add a section that has been read; a second one of an object must say the same."""
+    """Add a section that has been read; a second section of an object must have the same keys."""
     if not section.name:
         return
     if section.name not in sheet:

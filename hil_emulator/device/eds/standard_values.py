@@ -1,9 +1,9 @@
-"""Values that CiA 301 gives objects whose EDS gives none.
+"""Values of CiA 301 for objects without a value in the EDS.
 
-A COB-ID without a value, or of 0, would be NMT's. The predefined connection set has one for each
-of the first four PDOs, for EMCY and for the SDO server; a further PDO or SDO does not exist until a
-master says where. One that is that of node 0, such as 0x180, lacks its $NODEID; the SDO server that
-every device has, is where the node-ID puts it. An identity without values is that of
+A COB-ID without a value, or of 0, would be that of NMT. The predefined connection set has a COB-ID
+for each of the first four PDOs, for EMCY and for the SDO server. A further PDO or SDO does not
+exist until a master sets its COB-ID. A COB-ID of node 0, such as 0x180, lacks its $NODEID. The
+default SDO server always has the COB-IDs of the node-ID. An identity without values is taken from
 `[DeviceInfo]`.
 """
 
@@ -22,7 +22,7 @@ ABSENT = "0x80000000"
 
 SDO_SERVER = "1200"
 FURTHER_SDOS = range(0x1201, 0x1300)
-"""Servers and clients besides the default server: nobody has them until a master says where."""
+"""Servers and clients other than the default server: they do not exist until a master adds them."""
 
 _COB_IDS = {
     "1005": "0x80",
@@ -37,7 +37,7 @@ _IDENTITY = {1: "VendorNumber", 2: "ProductNumber", 3: "RevisionNumber"}
 
 
 def fill(sheet: Sheet, report: Report) -> None:
-    """Give values to COB-IDs and to an identity that have none."""
+    """Set missing values of COB-IDs and of the identity."""
     for name, predefined in _cob_ids():
         if name in sheet:
             _complete(sheet.get(name), predefined, report)
@@ -59,7 +59,7 @@ def _cob_ids() -> Iterator[tuple[str, str]]:
 
 
 def _complete(section: Section, predefined: str, report: Report) -> None:
-    """Give a COB-ID its value, or the node-ID that its value lacks."""
+    """Set a missing COB-ID, or add the node-ID that its value lacks."""
     key = "ParameterValue" if section.get("ParameterValue") else "DefaultValue"
     text = section.get(key)
     try:

@@ -2,8 +2,8 @@
 
 An integer is decimal, hexadecimal (0x) or octal (a leading 0), and may be a sum with $NODEID
 (CiA 306). Signed values are often written as the hexadecimal digits of their two's complement.
-Beyond that makers write C suffixes, a trailing h, `1.0`, or a remark behind `#`; such a number is
-read, with a remark on how.
+Files of makers also have C suffixes, a trailing h, `1.0`, or a remark behind `#`; such a number is
+accepted, with a remark.
 """
 
 import math
@@ -19,7 +19,7 @@ _WORDS = {"TRUE": "1", "FALSE": "0"}
 
 
 class Value(NamedTuple):
-    """A value, whether it contains the node-ID, and what was odd about its text ("" nothing)."""
+    """A value, whether it contains the node-ID, and the deviation of its text ("" if correct)."""
 
     value: Any
     relative: bool = False
@@ -27,14 +27,14 @@ class Value(NamedTuple):
 
 
 def integer(text: str, node_id: int = 0) -> Value:
-    """Return the integer that a text says.
+    """Return the integer that a text represents.
 
     Args:
         text: the text.
         node_id: replaces $NODEID.
 
     Raises:
-        ValueError: it says none.
+        ValueError: the text is not an integer.
 
     """
     plain = re.sub(r"\s+", "", text.partition("#")[0]).upper()
@@ -47,7 +47,7 @@ def integer(text: str, node_id: int = 0) -> Value:
 
 
 def _regular(plain: str) -> str:
-    """Return what a number in another fashion would be in CiA 306's."""
+    """Return a number of another notation in the notation of CiA 306."""
     if plain in _WORDS:
         return _WORDS[plain]
     if re.fullmatch(r"[0-9A-F]+H", plain):
@@ -90,8 +90,8 @@ def value(text: str, data_type: DataType, node_id: int) -> Value:
         node_id: replaces $NODEID.
 
     Raises:
-        ValueError: the text says no value of this type.
-        OverflowError: it says one that the type cannot hold.
+        ValueError: the text is not a value of this type.
+        OverflowError: the value exceeds the range of the type.
 
     """
     if data_type.kind == "bytes":

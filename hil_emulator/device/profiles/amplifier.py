@@ -27,11 +27,11 @@ class Amplifier:
         dictionary: the node's dictionary; it has an object of `ENABLE` or `RAMP_TIME`.
 
     Attributes:
-        sources: by (index, sub-index), what the objects are for.
-        triggers: no events of its own.
+        sources: purpose of the objects by (index, sub-index).
+        triggers: empty.
 
     Raises:
-        UserError: the node has no set point on which they could act.
+        UserError: the node has no set point.
 
     """
 
@@ -59,10 +59,10 @@ class Amplifier:
         self._current = 0.0
 
     def written(self, entries: Sequence[Entry]) -> None:
-        """Read enable and ramp time where they are needed, in `command`."""
+        """Do nothing; `command` reads enable and ramp time."""
 
     def measure(self, now_ns: int, measured: Measured) -> None:
-        """Add nothing: channels are shown as they are."""
+        """Do nothing; channels are shown unchanged."""
 
     def command(
         self, now_ns: int, commands: Mapping[str, float], *, operational: bool

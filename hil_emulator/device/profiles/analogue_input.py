@@ -2,9 +2,9 @@
 
     field value -> line through two points -> factor, offset -> filter -> process value -> net value
 
-The field value is what the sensing element puts out, in its own unit; `Unit` and `Factor` of
-0x6100 in the EDS say what one of it is in SI. All other values are in the physical unit 0x6131,
-and follow it when it is changed. Objects the EDS leaves out have the value at their declaration.
+The field value is the output of the sensing element in its unit; `Unit` and `Factor` of 0x6100 in
+the EDS convert it to SI. All other values are in the physical unit 0x6131 and are converted when it
+is changed. Objects that the EDS lacks have the default at their declaration.
 """
 
 from typing import Any
@@ -46,7 +46,7 @@ NOT_VALID, POSITIVE_OVERLOAD, NEGATIVE_OVERLOAD = 0x01, 0x02, 0x04
 """Bits of 0x6150."""
 
 _Digits = tuple[Entry, float, float, float, bool]
-"""An object, its digits per physical unit, its type's limits, whether that is a real one."""
+"""An object, its digits per physical unit, limits of its type, whether its type is real."""
 
 _REAL32 = DATA_TYPES[0x08]
 _UNSIGNED8 = DATA_TYPES[0x05]
@@ -121,7 +121,7 @@ class AnalogueInput:
 
         Args:
             direction: -1 below the transducer's range, 0 inside, +1 above.
-            valid: whether the transducer reports a number; without one the values stand still.
+            valid: whether the transducer reports a number; if not, the values are kept.
 
         """
         if not valid or self._mode.value != NORMAL_OPERATION:
@@ -155,7 +155,7 @@ class AnalogueInput:
                 raise SdoAbort(AbortCode.INVALID_VALUE)
 
     def changed(self, entry: Entry) -> None:
-        """Obey a signature, and put a new parameter into force."""
+        """Execute a signature, and apply a new parameter."""
         if entry.index == AUTOZERO:
             self._parameters[OFFSET].value -= self._value
         elif entry.index == AUTOTARE:
@@ -169,13 +169,13 @@ class AnalogueInput:
     def _convert(self) -> None:
         """Express every parameter that is in the physical unit in the new one."""
         unit = si_unit(int(self._unit.value))
-        assert unit is not None  # `check` has seen to that
+        assert unit is not None  # `check` refuses unknown units
         ratio = self._si / unit[1]
         for parameter in self._parameters.values():
             parameter.value *= ratio
 
     def _scale_objects(self) -> None:
-        """Say in each value's unit and factor what a digit of it is."""
+        """Set unit and factor of each value."""
         unit = si_unit(int(self._unit.value)) or (self.field.unit, 1.0)
         self._si = unit[1]
         for entry in (*self._gross, *self._net):
@@ -190,8 +190,8 @@ class AnalogueInput:
         return entry or Entry(index, self._number, "unlisted", kind, default=missing)
 
     def _existing(self, indices: tuple[int, ...]) -> list[Entry]:
-        found = [self._dictionary.number(index, self._number) for index in indices]
-        return [entry for entry in found if entry is not None]
+        entries = [self._dictionary.number(index, self._number) for index in indices]
+        return [entry for entry in entries if entry is not None]
 
 
 def _digits(entry: Entry, per_unit: float) -> _Digits:

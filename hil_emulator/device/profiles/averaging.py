@@ -15,11 +15,11 @@ class FilterType(IntEnum):
 class Averaging:
     """Averages the last n samples in each tick, or n samples in every n-th.
 
-    y_k = (x_k + ... + x_(k-n+1)) / n. The moving average has a gain of one at rest and a delay of
-    (n - 1) / 2 ticks. Until n samples have come it averages those there are.
+    y_k = (x_k + ... + x_(k-n+1)) / n. The moving average has a gain of 1 at rest and a delay of
+    (n - 1) / 2 ticks. The first n - 1 outputs average the samples so far.
 
     Args:
-        kind: none, moving or repeating.
+        kind: off, moving or repeating; see `FilterType`.
         count: number of samples n, at least 1.
 
     """

@@ -1,4 +1,4 @@
-"""Which profile a node has."""
+"""Selection of a node's profile."""
 
 from collections.abc import Sequence
 
@@ -16,19 +16,18 @@ DEVICE_TYPE = 0x1000
 PROFILE_NUMBER = 0xFFFF
 """The low word of 0x1000 (CiA 301 7.5.2.1)."""
 ROTARY = range(1, 6)
-"""High word of 0x1000: encoders that count angle, which no channel is (CiA 406)."""
+"""High word of 0x1000: encoders of angles; there is no channel of an angle (CiA 406)."""
 
 
 def profile_of(dictionary: Dictionary, channels: Sequence[str], emergency: Emergency) -> Profile:
-    """Return the profile the dictionary claims and has the objects of.
+    """Return the profile that 0x1000 names and whose objects exist.
 
-    Objects that show a channel as a configuration scales it are left alone: whoever says what one
-    digit of a device is, knows it better than its profile.
+    A profile does not change objects whose scale is set in the configuration.
 
     Args:
         dictionary: the node's dictionary.
         channels: names of the sensor channels, in the order of `Measured`.
-        emergency: told of the profile's own errors.
+        emergency: reports errors of the profile.
 
     """
     device_type = int(dictionary.entry(DEVICE_TYPE).value)
@@ -50,6 +49,6 @@ def profile_of(dictionary: Dictionary, channels: Sequence[str], emergency: Emerg
 
 
 def _positions(dictionary: Dictionary) -> bool:
-    """Return whether there is a position, and its scale is left to the profile."""
-    found = [dictionary.number(POSITION), dictionary.number(MULTI_POSITION, 1)]
-    return any(found) and not any(dictionary.scaled(entry) for entry in found)
+    """Return whether there is a position object whose scale is not set in the configuration."""
+    entries = [dictionary.number(POSITION), dictionary.number(MULTI_POSITION, 1)]
+    return any(entries) and not any(dictionary.scaled(entry) for entry in entries)

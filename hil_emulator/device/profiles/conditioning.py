@@ -17,7 +17,7 @@ DEAD_BAND_TYPE, DEAD_BAND_A, DEAD_BAND_B, DEAD_BAND_THRESHOLD = 0x6342, 0x6343, 
 
 
 class Conditioning:
-    """The static part of the way from set point to demand value.
+    """The static functions between set point and demand value.
 
     Args:
         dictionary: the valve's dictionary, with the parameters.

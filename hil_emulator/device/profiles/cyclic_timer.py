@@ -8,7 +8,7 @@ CYCLIC_TIMER = 0x6200
 
 
 class CyclicTimer:
-    """Keeps the two objects equal, whichever is written; both are in ms.
+    """Keeps the two objects equal when either is written; both are in ms.
 
     Args:
         dictionary: the node's dictionary.

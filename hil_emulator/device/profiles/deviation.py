@@ -10,7 +10,7 @@ NS_PER_S = 1_000_000_000
 
 
 class DeviationMonitor:
-    """Tells when demand and actual value have been too far apart for too long.
+    """Detects a control deviation beyond its threshold for longer than the delay time.
 
     Args:
         dictionary: the valve's dictionary, with the parameters.

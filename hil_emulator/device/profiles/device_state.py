@@ -9,9 +9,9 @@
 | FAULT_DISABLED | 0 0 0 1 | power stage off |
 | FAULT_HOLD | 0 0 1 1 | hold set point |
 
-The control word asks for a state with its bits D, H, M; the machine goes there one state per
-tick. So the words 0x08, 0x09, 0x0B, 0x0F activate the valve, and 0x0F alone does. A rising bit R
-resets a fault. ACTIVE needs NMT OPERATIONAL besides: without it, the machine goes back to HOLD.
+The control word requests a state with its bits D, H, M; the machine makes one transition per tick.
+So the words 0x08, 0x09, 0x0B, 0x0F activate the valve, and 0x0F alone does, too. A rising bit R
+resets a fault. ACTIVE also needs NMT OPERATIONAL; without it, the machine returns to HOLD.
 """
 
 from enum import IntEnum
@@ -39,7 +39,7 @@ _REPAIRED = {
 
 
 class StateMachine:
-    """Which state the valve is in.
+    """The state machine of a valve.
 
     Attributes:
         state: the state.
@@ -57,7 +57,7 @@ class StateMachine:
         self._control = 0
 
     def update(self, control: int, *, operational: bool) -> None:
-        """Follow the control word by one state.
+        """Make one transition towards the state that the control word requests.
 
         Args:
             control: the control word.
@@ -77,13 +77,13 @@ class StateMachine:
             self.state = DeviceState.FAULT_DISABLED
 
     def fail(self) -> None:
-        """Enter the fault state that belongs to the present one."""
+        """Enter the fault state of the present state."""
         if self.state in _LADDER:
             self.state = _FAULT.get(self.state, DeviceState.FAULT_DISABLED)
 
 
 def _wanted(control: int, *, operational: bool) -> int:
-    """Return how far up the ladder the control word asks for; each rung needs those below."""
+    """Return the requested state's rank; each bit also needs the bits of the lower states."""
     if not control & DISABLED_BIT:
         return 0
     if not control & HOLD_BIT:

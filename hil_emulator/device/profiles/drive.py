@@ -1,7 +1,7 @@
 """Drives: state machine, profile velocity, cyclic synchronous velocity and position (CiA 402-2).
 
-Velocity and position have the units of their objects, position those of velocity times seconds.
-Where 0x606C or 0x6064 shows a channel, it is measured; else the drive follows its demand exactly.
+Velocity has the unit of its objects, position that of velocity times seconds. If 0x606C or 0x6064
+shows a channel, the value is measured; else the drive follows its demand exactly.
 The `Signal` of 0x60FF may be a command: then the velocity demand, times its `Factor`, is given to
 the plant, and 0 while operation is not enabled.
 """
@@ -26,11 +26,11 @@ REQUIRED = (CONTROL_WORD, STATUS_WORD)
 
 PROFILE_VELOCITY, CYCLIC_POSITION, CYCLIC_VELOCITY = 3, 8, 9
 MODES = frozenset({PROFILE_VELOCITY, CYCLIC_POSITION, CYCLIC_VELOCITY})
-"""Values of 0x6060 that are followed; of another one 0x6061 keeps the mode before."""
+"""Supported values of 0x6060; with any other value 0x6061 keeps the previous mode."""
 VOLTAGE_ENABLED, REMOTE, TARGET_REACHED, MODE_SPECIFIC = 0x0010, 0x0200, 0x0400, 0x1000
-"""Bits of the status word; bit 12 is "stands still" in mode 3, "follows" in modes 8 and 9."""
+"""Bits of the status word; bit 12 is "speed is 0" in mode 3, "drive follows" in modes 8 and 9."""
 LOST_FAULT, LOST_DISABLE, LOST_QUICK_STOP = 1, 2, 3
-"""Values of 0x6007: what follows when OPERATIONAL is left with operation enabled."""
+"""Values of 0x6007: reaction when OPERATIONAL is left with operation enabled."""
 COMMUNICATION = 0x7500
 """Error code: communication (CiA 402-2)."""
 STAYS_FROM = 5
@@ -47,7 +47,7 @@ class Drive:
         emergency: reports faults.
 
     Attributes:
-        sources: by (index, sub-index), what the profile feeds.
+        sources: objects that the profile feeds, by (index, sub-index).
         triggers: each change of the status word is an event.
 
     """
@@ -108,13 +108,13 @@ class Drive:
         return {**commands, target.signal: target.physical(self._demand)}
 
     def written(self, entries: Sequence[Entry]) -> None:
-        """Read control word and targets where they are needed, in `command`."""
+        """Do nothing; `command` reads control word and targets."""
 
     def measure(self, now_ns: int, measured: Measured) -> None:
-        """Add nothing: channels are shown as they are."""
+        """Do nothing; channels are shown unchanged."""
 
     def _move(self, elapsed: float) -> None:
-        """Bring the velocity demand and what follows from it up to date."""
+        """Update the velocity demand and the values derived from it."""
         state = self._machine.state
         before = self._place
         if state is DriveState.OPERATION_ENABLED:
@@ -154,7 +154,7 @@ class Drive:
             self._demand += step if change > 0 else -step
 
     def _connection_lost(self) -> None:
-        """Obey 0x6007 when OPERATIONAL is left."""
+        """Apply 0x6007 when OPERATIONAL is left."""
         if self._machine.state is not DriveState.OPERATION_ENABLED:
             return
         option = self._number(CONNECTION_LOST, 0)
@@ -188,7 +188,7 @@ class Drive:
         return missing if entry is None else float(entry.value)
 
     def _show(self, index: int, value: float) -> None:
-        """Put a value into an object that the profile feeds, saturated to its type."""
+        """Write a value to an object that the profile feeds, saturated to its type."""
         if (index, 0) in self.sources:
             entry = self._dictionary.entry(index)
             shown = min(max(value, entry.type.low), entry.type.high)

@@ -40,7 +40,7 @@ _POWERED = (DriveState.READY_TO_SWITCH_ON, DriveState.SWITCHED_ON, DriveState.OP
 
 
 class DriveStateMachine:
-    """Which state a drive is in.
+    """The state machine of a drive.
 
     Attributes:
         state: the state.
@@ -100,7 +100,7 @@ class DriveStateMachine:
             self.state = DriveState.SWITCH_ON_DISABLED
 
     def _climb(self, control: int) -> None:
-        """Move one state towards the one that the command names."""
+        """Make one transition towards the state that the command requests."""
         if control & _SHUTDOWN_MASK == SHUTDOWN:
             self.state = DriveState.READY_TO_SWITCH_ON
         elif self.state in _POWERED:

@@ -30,9 +30,9 @@ OFFSET = 0x6509
 SCALING, REVERSED = 0x0004, 0x0008
 """Bits of 0x6000: steps of 0x6005 instead of 0x6501, and the measuring direction."""
 POSITION_ERROR = 0x0001
-"""Bit of 0x6503: the transducer is beyond its range, or the position beyond 0x6002."""
+"""Bit of 0x6503: the transducer exceeds its range, or the position exceeds 0x6002."""
 FREQUENCY_EXCEEDED = 0x0001
-"""Bit of 0x6505: faster than 0x6030 can tell."""
+"""Bit of 0x6505: speed exceeds the range of 0x6030."""
 
 _UNSIGNED16 = DATA_TYPES[0x06]
 _Limited = tuple[Entry, int, int]
@@ -52,8 +52,8 @@ class Encoder:
         channels: names of the sensor channels, in the order of `Measured`.
 
     Attributes:
-        sources: by (index, sub-index), what feeds position, speed and their bits.
-        triggers: none; `Delta` in the EDS makes some.
+        sources: source of position, speed and their bits by (index, sub-index).
+        triggers: empty; `Delta` in the EDS adds triggers.
 
     """
 
@@ -103,13 +103,13 @@ class Encoder:
             status.value = parameters
 
     def written(self, entries: Sequence[Entry]) -> None:
-        """Obey a preset that has come by RPDO."""
+        """Execute a preset received by RPDO."""
         for entry in entries:
             if entry.index == PRESET:
                 self.changed(entry)
 
     def measure(self, now_ns: int, measured: Measured) -> None:
-        """Turn position and velocity into steps, and see to alarms and warnings."""
+        """Convert position and velocity to steps, and update alarms and warnings."""
         alarm = warning = False
         if self._at is not None:
             position = measured.values[self._at]
@@ -131,14 +131,14 @@ class Encoder:
     def command(
         self, now_ns: int, commands: Mapping[str, float], *, operational: bool
     ) -> Mapping[str, float]:
-        """Return the commands: an encoder gives none."""
+        """Return the commands unchanged; an encoder has no set point."""
         return commands
 
     def check(self, entry: Entry, value: Any) -> None:
-        """Accept what is within the EDS's limits."""
+        """Accept any value within the limits of the EDS."""
 
     def changed(self, entry: Entry) -> None:
-        """Move the zero so that here is the preset value, or put a new parameter into force."""
+        """Shift the zero so that the present position is the preset value, or apply a parameter."""
         if entry.index == PRESET and self._offset is not None:
             _saturate(_limited(self._offset), entry.value - self._raw)
         else:
@@ -152,7 +152,7 @@ class Encoder:
         return channels.index(signal)
 
     def _bits(self, index: int) -> Entry:
-        """Return an object of bits; one that the EDS has not is set for nobody."""
+        """Return an object of bits; a placeholder if the EDS lacks it."""
         self.sources[index, 0] = "profile"
         return self._dictionary.number(index) or Entry(index, 0, "unlisted", _UNSIGNED16)
 
@@ -166,7 +166,7 @@ def _limited(entry: Entry) -> _Limited:
 
 
 def _saturate(target: _Limited, value: int) -> bool:
-    """Write a value, kept within the entry's type; return whether it was beyond."""
+    """Write a value saturated to the entry's type; return whether it was saturated."""
     entry, low, high = target
     inside = low <= value <= high
     entry.value = value if inside else low if value < low else high

@@ -32,7 +32,7 @@ class MeasuringDevice:
         channels: names of the sensor channels, in the order of `Measured`.
 
     Attributes:
-        sources: by (index, sub-index), what feeds the inputs' values.
+        sources: source of the inputs' values by (index, sub-index).
         triggers: one for each input.
 
     """
@@ -56,12 +56,12 @@ class MeasuringDevice:
                 dictionary.watch(index, self)
 
     def reset(self) -> None:
-        """Take over the parameters the dictionary has been reloaded with."""
+        """Take over the parameters that were reloaded."""
         for made in self._inputs.values():
             made.reload()
 
     def written(self, entries: Sequence[Entry]) -> None:
-        """Obey signatures and parameters that have come by RPDO; a wrong signature is ignored."""
+        """Apply signatures and parameters received by RPDO; a wrong signature is ignored."""
         for entry in entries:
             if entry.value == SIGNATURES.get(entry.index, entry.value):
                 self.changed(entry)
@@ -69,7 +69,7 @@ class MeasuringDevice:
                 entry.value = 0
 
     def measure(self, now_ns: int, measured: Measured) -> None:
-        """Let each input turn its field value into a process value."""
+        """Convert the field value of each input to a process value."""
         for position, made in self._wired:
             value = measured.values[position]
             made.measure(measured.overrange[position], valid=math.isfinite(value))
@@ -77,16 +77,16 @@ class MeasuringDevice:
     def command(
         self, now_ns: int, commands: Mapping[str, float], *, operational: bool
     ) -> Mapping[str, float]:
-        """Return the commands: a measuring device gives none."""
+        """Return the commands unchanged; a measuring device has no set point."""
         return commands
 
     def check(self, entry: Entry, value: Any) -> None:
-        """Let the input refuse a value."""
+        """Check a value by the rules of its input."""
         if entry.subindex in self._inputs:
             self._inputs[entry.subindex].check(entry, value)
 
     def changed(self, entry: Entry) -> None:
-        """Let the input act on a new value."""
+        """Apply a new value in its input."""
         if entry.subindex in self._inputs:
             self._inputs[entry.subindex].changed(entry)
 
@@ -99,7 +99,7 @@ def complete(dictionary: Dictionary) -> bool:
 
 
 def shown_directly(dictionary: Dictionary, channels: Sequence[str]) -> list[Entry]:
-    """Return the process values that show a channel themselves, rather than by a field value."""
+    """Return the process values that show a channel directly, without a field value."""
     values = (*PROCESS_VALUES, *NET_VALUES)
     return [e for e in dictionary if e.index in values and e.signal in channels]
 

@@ -10,11 +10,11 @@ NUMERATORS = {
     0x22: ("Pa", 1.0),
     0x4E: ("Pa", 1e5),
 }
-"""Numerator byte: SI unit, and how much of it one is: metre, newton, pascal, bar (CiA 303-2)."""
+"""Numerator byte: SI unit and factor, for metre, newton, pascal, bar (CiA 303-2)."""
 
 
 def si_unit(code: int) -> tuple[str, float] | None:
-    """Return the SI unit and how much of it the coded unit is, None for an unknown code."""
+    """Return SI unit and factor of a coded unit, None for an unknown code."""
     numerator = NUMERATORS.get(code >> 16 & 0xFF)
     if numerator is None or code & 0xFFFF:
         return None

@@ -1,4 +1,4 @@
-"""What a device profile adds to a node."""
+"""The interface of device profiles."""
 
 from collections.abc import Mapping, Sequence
 from typing import Protocol
@@ -10,11 +10,11 @@ from hil_emulator.device.trigger import Trigger
 
 
 class Profile(Protocol):
-    """The seam a node calls its profile through."""
+    """The calls that a node makes to its profile."""
 
     @property
     def sources(self) -> Mapping[tuple[int, int], str]:
-        """By (index, sub-index) of every object the profile feeds, what feeds it."""
+        """Source of every object that the profile feeds, by (index, sub-index)."""
         ...
 
     @property
@@ -23,39 +23,39 @@ class Profile(Protocol):
         ...
 
     def reset(self) -> None:
-        """Begin afresh: the dictionary has been reloaded."""
+        """Restart after a reload of the dictionary."""
 
     def written(self, entries: Sequence[Entry]) -> None:
         """Act on objects that an RPDO has written, as on those an SDO writes."""
 
     def measure(self, now_ns: int, measured: Measured) -> None:
-        """Turn a new sample into objects; objects that show a channel as it is have it already."""
+        """Write a new sample to objects; objects that show a channel unchanged are up to date."""
 
     def command(
         self, now_ns: int, commands: Mapping[str, float], *, operational: bool
     ) -> Mapping[str, float]:
-        """Return what becomes of the commands in SI, in each tick anew."""
+        """Return the modified commands in SI; called in each tick."""
         ...
 
 
 class NoProfile:
-    """A node whose objects show channels and give commands as they are."""
+    """A node without a profile: objects show channels and give commands unchanged."""
 
-    quiet_until_ns = NEVER  # objects show channels and give commands as they are
+    quiet_until_ns = NEVER  # objects show channels and give commands unchanged
     sources: Mapping[tuple[int, int], str] = {}
     triggers: Sequence[Trigger] = ()
 
     def reset(self) -> None:
-        """Nothing to begin."""
+        """Do nothing."""
 
     def written(self, entries: Sequence[Entry]) -> None:
-        """Nothing to act on."""
+        """Do nothing."""
 
     def measure(self, now_ns: int, measured: Measured) -> None:
-        """Nothing to add."""
+        """Do nothing."""
 
     def command(
         self, now_ns: int, commands: Mapping[str, float], *, operational: bool
     ) -> Mapping[str, float]:
-        """Return the commands."""
+        """Return the commands unchanged."""
         return commands

@@ -58,7 +58,7 @@ class Ramp:
         self._towards = tuple(map(_rate, towards))
 
     def follow(self, target: float, elapsed: float) -> float:
-        """Move towards a target for a time [s] and return where that leads.
+        """Move towards a target for a time [s] and return the new value.
 
         A move through zero decelerates down to it and accelerates from it.
         """

@@ -1,4 +1,4 @@
-"""Records of value, unit and prefix, as CiA 408 has them for every quantity."""
+"""Records of value, unit and prefix, which CiA 408 uses for every quantity."""
 
 from hil_emulator.device.dictionary import Dictionary
 from hil_emulator.device.entry import Entry
@@ -7,11 +7,11 @@ VALUE, UNIT, PREFIX = 1, 2, 3
 """Sub-indices of such a record: INTEGER or UNSIGNED, UNSIGNED8, INTEGER8 as a power of ten."""
 
 FULL_SCALE = 16384
-"""Digits of 100 % in a record that is a share of the rated value (CiA 408)."""
+"""Digits of 100 % in a record that is a fraction of the rated value (CiA 408)."""
 
 
 def seconds(dictionary: Dictionary, index: int) -> float:
-    """Return a record that is a time, 0 where the EDS has none."""
+    """Return the time of a record [s], 0 if the EDS lacks the record."""
     entry = dictionary.number(index, VALUE)
     if entry is None:
         return 0.0
@@ -20,7 +20,7 @@ def seconds(dictionary: Dictionary, index: int) -> float:
 
 
 def share(dictionary: Dictionary, index: int, missing: int) -> int:
-    """Return a record's value in digits of 1/16384, or what holds where the EDS has none."""
+    """Return a record's value in digits of 1/16384, `missing` if the EDS lacks the record."""
     entry = dictionary.number(index, VALUE)
     return missing if entry is None else int(entry.value)
 

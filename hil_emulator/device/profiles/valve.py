@@ -32,10 +32,10 @@ REQUIRED = (
     (CONTROL_WORD, 0), (STATUS_WORD, 0), (DEVICE_MODE, 0), (ERROR_CODE, 0), (SET_POINT, VALUE),
     (ACTUAL_VALUE, VALUE), (DEMAND_VALUE, VALUE), (REFERENCE_VALUE, VALUE), (HOLD_SET_POINT, VALUE),
 )  # fmt: skip
-"""Objects without which a driver is none of this profile, by index and sub-index."""
+"""Objects that this profile requires, by index and sub-index."""
 
 SET_POINT_BY_BUS = 1
-"""Device mode in which 0x6300 counts; the driver has no other source, so else HOLD's holds."""
+"""Device mode that uses 0x6300; in other modes the hold set point applies."""
 POSITION_MONITORING = 0x8301
 """Device error code and emergency: the spool does not follow (CiA 408)."""
 
@@ -48,11 +48,11 @@ class ValveDriver:
     Args:
         dictionary: the node's dictionary.
         channels: names of the sensor channels, in the order of `Measured`.
-        emergency: told of a control deviation.
+        emergency: reports a control deviation.
 
     Attributes:
-        sources: by (index, sub-index), what feeds status word and values.
-        triggers: each change of the status word is an event, with an event timer and without.
+        sources: source of status word and values by (index, sub-index).
+        triggers: each change of the status word is an event, with and without an event timer.
 
     """
 
@@ -90,7 +90,7 @@ class ValveDriver:
     def command(
         self, now_ns: int, commands: Mapping[str, float], *, operational: bool
     ) -> Mapping[str, float]:
-        """Follow the control word, and turn the set point into the command."""
+        """Update the state, and convert the set point to the command."""
         elapsed, self._last_ns = (now_ns - self._last_ns) / NS_PER_S, now_ns
         self._machine.update(int(self._control.value), operational=operational)
         state = self._machine.state
@@ -105,10 +105,10 @@ class ValveDriver:
         return {**commands, name: self._set_point.physical(self._demand.value)}
 
     def written(self, entries: Sequence[Entry]) -> None:
-        """Read control word and set point where they are needed, in `command`."""
+        """Do nothing; `command` reads control word and set point."""
 
     def measure(self, now_ns: int, measured: Measured) -> None:
-        """Show the spool's position, and fail where it does not follow."""
+        """Show the spool's position, and enter a fault state if the spool does not follow."""
         if self._spool is None:
             self._actual.value = self._demand.value
         else:
@@ -123,10 +123,10 @@ class ValveDriver:
             self._emergency.raise_error(POSITION_MONITORING, POSITION_MONITORING, ErrorBit.PROFILE)
 
     def check(self, entry: Entry, value: Any) -> None:
-        """Accept what is within the EDS's limits."""
+        """Accept any value within the limits of the EDS."""
 
     def changed(self, entry: Entry) -> None:
-        """Put a new parameter into force."""
+        """Apply a new parameter."""
         self._reload()
 
     def _drive(self, state: DeviceState, elapsed: float) -> None:
@@ -158,4 +158,4 @@ def _place(channels: Sequence[str], name: str) -> int | None:
 def _int16(value: float) -> int:
     if -0x8000 <= value <= 0x7FFF:
         return round(value)
-    return 0x7FFF if value > 0x7FFF else -0x8000  # no number shows as the lowest
+    return 0x7FFF if value > 0x7FFF else -0x8000  # NaN is shown as the lowest value

@@ -21,7 +21,7 @@ from hil_emulator.identify.disagreement.gap import (
 from hil_emulator.identify.disagreement.motion import by_motion
 from hil_emulator.identify.disagreement.regions import Disagreement, disagreements
 from hil_emulator.identify.disagreement.repeatability import repeatability
-from hil_emulator.identify.disagreement.residuals import beside, draw, simplest
+from hil_emulator.identify.disagreement.residuals import draw, simplest, with_term
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.ordinary_least_squares import ordinary_least_squares
@@ -35,17 +35,17 @@ MAPPED = 2
 """Number of balances with a map."""
 
 HYSTERETIC = 0.5
-"""Ratio of the loop's width and its size from which a term is called hysteretic (assumed)."""
+"""Ratio of width and size of a loop from which a term is called hysteretic (assumed)."""
 
 
 FAILURES = (ArithmeticError, LookupError, ValueError, MemoryError)
-"""Errors of numerical work on unforeseen data; they must not lose the finding."""
+"""Errors of numerical work on unforeseen data; the findings are reported in spite of them."""
 
 
 def fill(searcher: Searcher, search: Search, result: Result) -> None:
     """Fill in gap, regions, maps and traces of a search with at least one round."""
     first, last = search.rounds[0], search.rounds[-1]
-    after = search.told or last.base
+    after = search.reported or last.base
     before = first.base if search.effects else after
     predictor = searcher.fitter.predictor
     training = searcher.fitter.experiments
@@ -69,23 +69,23 @@ def fill(searcher: Searcher, search: Search, result: Result) -> None:
 
 
 def _illustrate(searcher: Searcher, search: Search, compared: Compared, result: Result) -> None:
-    """Fill in the content of pictures and tables: where the final model disagrees, and maps."""
+    """Fill in the contents of pictures and tables: remaining disagreement, and maps."""
     first, last = search.rounds[0], search.rounds[-1]
-    after = search.told or last.base
+    after = search.reported or last.base
     if last is not first:
         result.remaining = _where(searcher, last, compared.after["training"])
     effects = [c.name for c in search.effects]
     for term in _mapped(first, result.where):
-        old = after.without(effects) if effects else beside(first.seen, term)
+        old = after.without(effects) if effects else with_term(first.seen, term)
         fitter = searcher.fitter
         drawn = draw(fitter.predictor, old, after, term, fitter.experiments, fitter.jobs)
         result.maps.append(drawn)
 
 
 def _describe_unknown(searcher: Searcher, search: Search, result: Result) -> None:
-    """Describe unexplained terms; if no effect was named, make one of the strongest.
+    """Describe unexplained terms; if no effect was named, make an effect of the strongest term.
 
-    With named effects a term is the misfit of their laws, which is rarely worth a table.
+    With named effects a term is a misfit of their laws, for which a table is rarely useful.
     """
     predictor, training = searcher.fitter.predictor, searcher.fitter.experiments
     last = search.rounds[-1]
@@ -95,14 +95,14 @@ def _describe_unknown(searcher: Searcher, search: Search, result: Result) -> Non
         curve = simplest(last.base, term)
         shape = in_words(unexplained.regressor, term.knots, curve, unexplained.unit)
         if not term.balance.channel:
-            drawn = draw(predictor, beside(last.base, term), last.base, term, training)
+            drawn = draw(predictor, with_term(last.base, term), last.base, term, training)
             shape += ", hysteretic" if drawn.loop > HYSTERETIC else ", without hysteresis"
         result.unknown[i] = replace(unexplained, curve=tuple(curve.tolist()), shape=shape)
     placed = [u for u in result.unknown if place_of(u)]
     if placed and result.verdict == "unknown_effect":
         strongest = max(placed, key=lambda u: u.statistic)
         result.added = effect_table(strongest, [e.name for e in predictor.model.effects])
-        result.final_at = beside(last.base, terms[strongest.balance, strongest.regressor]).at
+        result.final_at = with_term(last.base, terms[strongest.balance, strongest.regressor]).at
 
 
 def _where(searcher: Searcher, searched: Round, views: Sequence[View]) -> list[Disagreement]:
@@ -121,7 +121,7 @@ def _where(searcher: Searcher, searched: Round, views: Sequence[View]) -> list[D
 
 
 def _mapped(first: Round, where: Sequence[Disagreement]) -> list[DiscrepancyTerm]:
-    """Return the terms for maps: where balances disagree, or else the strongest ones."""
+    """Return the terms for maps: those of balances that disagree, or else the strongest ones."""
     terms = {(t.balance.name, t.regressor): t for t in first.terms
              if t.columns.shape[1] and not t.balance.channel}  # fmt: skip
     wanted = [terms[d.balance, d.regressor] for d in where if (d.balance, d.regressor) in terms]
@@ -135,7 +135,7 @@ def _mapped(first: Round, where: Sequence[Disagreement]) -> list[DiscrepancyTerm
 def compare_with_plain_fit(searcher: Searcher, search: Search, result: Result) -> None:
     """Enter the gap of ordinary least squares with the same parameters and data."""
     predictor, training = searcher.fitter.predictor, searcher.fitter.experiments
-    plain = ordinary_least_squares(predictor, training, search.told or search.rounds[-1].base)
+    plain = ordinary_least_squares(predictor, training, search.reported or search.rounds[-1].base)
     result.plain = {
         c.name: float(c.value(float(at))) for c, at in zip(plain.coordinates, plain.at, strict=True)
     }
@@ -146,32 +146,33 @@ def compare_with_plain_fit(searcher: Searcher, search: Search, result: Result) -
 
 
 def shares(searcher: Searcher, search: Search) -> dict[str, float]:
-    """Return each effect's share of the squared error before anything was named.
+    """Return the share of the squared error that each effect explains.
 
-    The error is that one step ahead, on the training data, in the weights of the final model. The
-    remaining share is noise and unexplained.
+    The error is that of the configured model, one step ahead, on the training data, with the
+    weights of the final model. The remaining share is noise or unexplained.
     """
-    if search.final is None or search.told is None or not search.effects:
+    if search.final is None or search.reported is None or not search.effects:
         return {}
     fitter = searcher.fitter
-    fitter.freeze(search.told.coordinates, search.told.at)
-    took = _lost(searcher, search) if search.dropped else _won(searcher, search, search.final)
+    fitter.freeze(search.reported.coordinates, search.reported.at)
+    gains = (_losses_without if search.dropped else _gains_when_named)(searcher, search)
     total = _chi2(searcher, search.rounds[0].base)
-    return {c.name: max(took.get(c.name, 0.0), 0.0) / total if total > 0.0 else 0.0
+    return {c.name: max(gains.get(c.name, 0.0), 0.0) / total if total > 0.0 else 0.0
             for c in search.effects}  # fmt: skip
 
 
-def _won(searcher: Searcher, search: Search, final: Fit) -> dict[str, float]:
-    """Return each effect's gain when it was named."""
-    chi2 = [_chi2(searcher, r.base) for r in search.rounds] + [_chi2(searcher, final)]
+def _gains_when_named(searcher: Searcher, search: Search) -> dict[str, float]:
+    """Return the fall of chi-square when each effect was named."""
+    assert search.final is not None
+    chi2 = [_chi2(searcher, r.base) for r in search.rounds] + [_chi2(searcher, search.final)]
     return {
         r.trials[0].score.coordinate.name: chi2[i] - chi2[i + 1]
         for i, r in enumerate(search.rounds) if r.accepted
     }  # fmt: skip
 
 
-def _lost(searcher: Searcher, search: Search) -> dict[str, float]:
-    """Return each effect's loss if it is removed: some were named together with others."""
+def _losses_without(searcher: Searcher, search: Search) -> dict[str, float]:
+    """Return the rise of chi-square if each effect is removed from the final model."""
     fitter = searcher.fitter
     full = fitter.fit(search.free, search.at, 2)
     return {c.name: standing(fitter, search, full, c.name) for c in search.effects}
@@ -183,14 +184,15 @@ def _chi2(searcher: Searcher, fit: Fit) -> float:
 
 
 def judge(result: Result) -> None:
-    """Set the verdict of a gap that was measured without a search."""
+    """Set the verdict of `gap`, which does not search."""
     result.added = None
     if result.search is not None and not result.search.rounds[-1].unknown:
         result.where = []
-    if result.search is not None and result.search.told is not None:
-        result.final_at = result.search.told.at
+    if result.search is not None and result.search.reported is not None:
+        result.final_at = result.search.reported.at
     if not result.where and result.repeats is not None and result.repeats.unexplained:
-        result.verdict, result.reason = "cannot_tell", str(result.repeats)
+        result.verdict = "cannot_tell"
+        result.reason = f"{result.repeats} (`identify` searches for the effect)"
         return
     if not result.where:
         result.verdict = "agrees"

@@ -1,4 +1,4 @@
-"""From a finished search to its result."""
+"""Conversion of a finished search to its result."""
 
 import math
 from collections.abc import Mapping
@@ -7,18 +7,19 @@ import numpy as np
 
 from hil_emulator.identify.conclusion import account, wrong_values
 from hil_emulator.identify.conclusion.findings import (
+    ExperimentEstimate,
     Finding,
     Refitted,
     Rival,
     Unexplained,
-    Wanted,
     in_words,
 )
 from hil_emulator.identify.conclusion.other_forms import other_forms
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.conclusion.wrong_values import FarOff
+from hil_emulator.identify.disagreement.repeatability import Repeatability
 from hil_emulator.identify.estimation.fit import Fit
-from hil_emulator.identify.experiment_design.contrast import contrast
+from hil_emulator.identify.experiment_design.contrast import contrast, variation
 from hil_emulator.identify.experiment_design.next_experiment import recommend
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.certainty import (
@@ -31,11 +32,14 @@ from hil_emulator.identify.selection.certainty import (
 from hil_emulator.identify.selection.evidence import Trial
 from hil_emulator.identify.selection.levels import FALSE_ALARM, NORMAL_95, ONE_IN_TWENTY
 from hil_emulator.identify.selection.progress import Search
-from hil_emulator.identify.selection.rivals import MOST_TOLD, confirmed, near_rivals, weighed
+from hil_emulator.identify.selection.rivals import MOST_REPORTED, confirmed, near_rivals, weighed
 from hil_emulator.identify.selection.search import Searcher
 
 LONGEST = 80
 """Largest number of characters of a clause of the headline (assumed)."""
+
+OUTSIDE_THE_CATALOGUE = ("an effect that is not in the catalogue", "an error of the sensor")
+"""Explanations of a residual for which no candidate is visible."""
 
 
 def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Result:
@@ -44,13 +48,13 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
     Args:
         searcher: with data and predictor.
         search: finished, or interrupted.
-        thorough: False omits slow parts: rivals of laws that do not fit, and a forecast of the next
-            experiment.
+        thorough: False omits slow parts: rivals of laws that do not fit, and the forecast of the
+            next experiment.
 
     """
     if thorough:
         _find_near_rivals(searcher, search)
-    findings = [_found(searcher, search, c) for c in search.effects]
+    findings = [_finding(searcher, search, c) for c in search.effects]
     parts = account.shares(searcher, search)
     findings = [_with_share(f, parts.get(f.name, 0.0)) for f in findings]
     unknown = [
@@ -72,14 +76,14 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
     if findings:
         result.verdict = "missing_effects"
         result.reason = "missing: " + "; ".join(str(f) for f in findings)
-        result.hardly_believed = not_by_chance(_last_fit(search))
+        result.implausible = not_by_chance(_last_fit(search))
         result.notes += borne_elsewhere(search, _last_fit(search))
     elif unknown:
         result.verdict = "unknown_effect"
         u = unknown[0]
         result.reason = f"something acts on the {u.balance}, depending on {u.regressor}: {u.shape}"
         result.reason += _nearest(search)
-    # what no file states is no wrong statement: `_explained` names it
+    # a default that no file states is not a wrong value; `_explained` names it
     elif far := [f for f in far_off(_last_fit(search), FALSE_ALARM) if f[0].stated]:
         _conclude_values(result, search, far)
     ambiguous = [f for f in findings if f.group]
@@ -106,19 +110,20 @@ def _advice(searcher: Searcher, finding: Finding) -> str:
 
 
 def _conclude_values(result: Result, search: Search, far: FarOff) -> None:
-    """State values that differ from the configuration, or what else may explain the data."""
+    """Report values that differ from the configuration, or their rival explanations."""
     values = wrong_values.in_words(far, result.parameters) or not_by_chance(_last_fit(search))
-    result.hardly_believed = not_by_chance(_last_fit(search))
+    result.implausible = not_by_chance(_last_fit(search))
     if rivals := wrong_values.instead(search, far):
         result.verdict = "cannot_tell"
-        result.reason = f"either {' and '.join(values)}; {wrong_values.advice(far, rivals)}"
+        result.reason = wrong_values.competing(values, far, rivals)
+        result.next_experiment = wrong_values.separating(far, rivals)
         return
     result.verdict = "wrong_value"
     result.reason = f"the data are explained, with another value: {'; '.join(values)}"
 
 
 def _explained(search: Search, parameters: Mapping[str, Refitted]) -> str:
-    """Return the sentence that nothing is missing, with its implausible parameters."""
+    """Return the sentence that nothing is missing, with implausible parameters."""
     reason = "the model explains the data within their noise"
     far = wrong_values.in_words(far_off(_last_fit(search), ONE_IN_TWENTY), parameters)
     if not far:
@@ -131,12 +136,12 @@ def _nearest(search: Search) -> str:
 
 
 def _last_fit(search: Search) -> Fit:
-    return search.told or search.rounds[-1].base
+    return search.reported or search.rounds[-1].base
 
 
 def _refitted(search: Search) -> dict[str, Refitted]:
     """Return the ordinary parameters, by name."""
-    final = search.told
+    final = search.reported
     if final is None:
         return {}
     deviation = np.sqrt(np.diag(final.covariance()))
@@ -154,11 +159,11 @@ def _refitted(search: Search) -> dict[str, Refitted]:
 
 def _measure(searcher: Searcher, search: Search, result: Result) -> None:
     """Fill gap, ladder and traces."""
-    if search.told is None:
+    if search.reported is None:
         return
     account.fill(searcher, search, result)
     if result.verdict == "nothing_missing" and result.repeats and result.repeats.unexplained:
-        result.verdict, result.reason = "cannot_tell", str(result.repeats)
+        conclude_repeated(result, result.repeats, search)
     for searched in search.rounds:
         if searched.accepted:
             t = searched.trials[0]
@@ -172,22 +177,40 @@ def _measure(searcher: Searcher, search: Search, result: Result) -> None:
             )
 
 
+def conclude_repeated(result: Result, repeats: Repeatability, search: Search) -> None:
+    """Report a residual that recurs, its likeliest explanations, and how to separate them."""
+    result.verdict, result.reason = "cannot_tell", str(repeats)
+    last = search.rounds[-1]
+    scores = [t.score for t in last.trials] + [s for s in last.scores if s.visible]
+    candidates = {s.coordinate.name: s.coordinate.effect for s in scores}
+    one, other = [*candidates, *OUTSIDE_THE_CATALOGUE][:2]
+    effects = [e for name in (one, other) if (e := candidates.get(name)) is not None]
+    ways = contrast(effects[0], effects[1:]) if len(effects) > 1 else variation(effects)
+    if not effects:
+        ways = f"the {repeats.channel.replace('_', ' ')} with a second sensor as well"
+    result.reason += (
+        "; no effect of the catalogue explains it with certainty: the likeliest explanations are "
+        f"{one} and {other}"
+    )
+    result.next_experiment = f"to separate {one} from {other}, record {ways}"
+
+
 def _find_near_rivals(searcher: Searcher, search: Search) -> None:
-    """Search near rivals of laws that do not fit, or that replaced a dropped one."""
-    beside_dropped = False
+    """Search near rivals of laws that do not fit, or that replaced a dropped effect."""
+    after_dropped = False
     for searched in (r for r in search.rounds if r.accepted):
         named = searched.trials[0].score.coordinate
         if named not in search.effects:
-            beside_dropped = True
-        elif beside_dropped or named.name in search.forms:
+            after_dropped = True
+        elif after_dropped or named.name in search.forms:
             searcher.tell(f"looking for near rivals of {named.name}")
             searched.near |= near_rivals(searcher.fitter, search, searched)
 
 
-def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Finding:
+def _finding(searcher: Searcher, search: Search, coordinate: Coordinate) -> Finding:
     round_ = search.selected_in(coordinate.name)
     best = round_.trials[0]
-    final, reported = search.final, search.told
+    final, reported = search.final, search.reported
     assert final is not None
     assert reported is not None
     at = float(reported.at[[c.name for c in reported.coordinates].index(coordinate.name)])
@@ -196,7 +219,9 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
     group = confirmed(searcher.fitter, final, coordinate.name, alike) if alike else []
     completed = [search.between[coordinate.name].rival] if coordinate.name in search.between else []
     group = list(dict.fromkeys([*group, *completed]))
-    group += [name for name in round_.near if name not in group][: max(0, MOST_TOLD - len(group))]
+    group += [name for name in round_.near if name not in group][
+        : max(0, MOST_REPORTED - len(group))
+    ]
     weaker = [t for t in round_.trials[1:] if t.score.coordinate.name not in group]
     return Finding(
         name=coordinate.name,
@@ -207,18 +232,18 @@ def _found(searcher: Searcher, search: Search, coordinate: Coordinate) -> Findin
         group=tuple(group),
         form_differs=coordinate.name in search.forms, form=search.forms.get(coordinate.name, ""),
         rivals=tuple(_rival(t, best) for t in weaker), separating_size=round_.separating,
-        words=_in_words(coordinate), by_experiment=_wanted(search, coordinate.name),
+        words=_in_words(coordinate), by_experiment=_estimates(search, coordinate.name),
     )  # fmt: skip
 
 
-def _wanted(search: Search, name: str) -> tuple[Wanted, ...]:
-    """Return each experiment's estimate of an effect, if there is one."""
+def _estimates(search: Search, name: str) -> tuple[ExperimentEstimate, ...]:
+    """Return each experiment's estimate of an effect, if there are any."""
     if search.settled is None or not search.settled.sizes[name].about:
         return ()
     sizes = search.settled.sizes[name]
     about = sizes.about
     each = zip(sizes.names, sizes.values, sizes.variances, strict=True)
-    return tuple(Wanted(e, v / about, math.sqrt(s) / abs(about)) for e, v, s in each)
+    return tuple(ExperimentEstimate(e, v / about, math.sqrt(s) / abs(about)) for e, v, s in each)
 
 
 def _in_words(coordinate: Coordinate) -> str:
@@ -233,7 +258,7 @@ def _rival(trial: Trial, best: Trial) -> Rival:
     reasons = trial.evidence.objections or [
         f"gains {trial.evidence.delta_chi2:.0f}, "
         f"{best.score.coordinate.name} {best.evidence.delta_chi2:.0f}"
-        + (f" beside {best.beside}" if best.beside else "")
+        + (f" together with {best.beside}" if best.beside else "")
     ]
     return Rival(
         trial.score.coordinate.name, trial.evidence.delta_chi2, _or_none(trial.evidence.held_out),

@@ -1,7 +1,7 @@
 """An unexplained term as an effect file: a table over its regressor.
 
-The file is Python like any effect file of a user, who can read it, change it, and replace the table
-by a law. Only some balances have a place for such a term.
+The file is an effect file in Python, which the user can change. A law may replace the table. Only
+some balances have a place for such a term.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from hil_emulator.identify.prediction.free_terms.regressors import REGRESSORS
 from hil_emulator.model.declare import Stage
 
 _FILE = '''\
-"""A term that identification found and no effect of the catalogue explains.
+"""A term that no effect of the catalogue explains, estimated by `identify`.
 
 {story}
 The curve is a fit. Replace it once you know the law.
@@ -70,7 +70,7 @@ class EffectTable:
 
     Attributes:
         name: of the effect.
-        stage: where it acts.
+        stage: place in the model.
         text: of the file.
         words: description of the term.
         channel: its sensor; "" for the plant.
@@ -85,7 +85,7 @@ class EffectTable:
 
     @property
     def table(self) -> str:
-        """The configuration table in which it is set."""
+        """The table of the configuration that holds the effect."""
         return f"{self.stage.table}.{self.channel}" if self.channel else self.stage.table
 
 
@@ -96,8 +96,8 @@ def effect_table(
 
     Args:
         term: the unexplained term.
-        taken: names that are in use.
-        story: its origin, for the head of the file.
+        taken: names of existing effects.
+        story: origin of the term, for the head of the file.
 
     """
     place = place_of(term)

@@ -10,12 +10,12 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.units import show
 
 UNEVEN = 0.1
-"""Asymmetry of an interval from which both ends are shown: distance of the value from the middle,
-over half the width (assumed)."""
+"""Asymmetry of an interval from which both ends are shown: distance of the value from the middle
+relative to half the width (assumed)."""
 
 
 def rounded(value: float, unit: str, shown: str) -> str:
-    """Return a value as text, with the number of digits that suits an estimate."""
+    """Return a value as text with four significant digits."""
     return show(float(f"{value:.4g}"), unit, shown)
 
 
@@ -79,8 +79,8 @@ class Rival:
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """One experiment's estimate of an effect, all else as estimated from all experiments.
+class ExperimentEstimate:
+    """Estimate of an effect from one experiment, all other parameters fixed at their final values.
 
     Attributes:
         experiment: its name.
@@ -105,12 +105,12 @@ class Finding:
         unit: SI unit.
         shown: the unit in which reports show it.
         interval: 95 % confidence interval [unit].
-        explained: share of the squared error one step ahead on the training data, before anything
-            was named, that this effect explains.
+        explained: share of the squared error that this effect explains: error of the configured
+            model one step ahead on the training data.
         delta_chi2: gain in chi-square on the training data.
         held_out: gain in chi-square on the validation data; null without any.
         group: effects that these data do not distinguish from it, or that explain nearly as much
-            if the law of neither fits.
+            if no law fits exactly.
         form_differs: whether its law is of another form than the catalogue's.
         form: the evidence of another form, in words.
         words: the effect in words.
@@ -137,7 +137,7 @@ class Finding:
     separating_size: float | None = None
     form: str = ""
     words: str = ""
-    by_experiment: tuple[Wanted, ...] = ()
+    by_experiment: tuple[ExperimentEstimate, ...] = ()
 
     def __str__(self) -> str:
         low, high = (rounded(v, self.unit, self.shown) for v in self.interval)
@@ -176,7 +176,7 @@ class Unexplained:
 
     Attributes:
         balance: the balance in which it is missing.
-        regressor: what it depends on.
+        regressor: the quantity on which it depends.
         unit: unit of the term.
         knots: values of the driver.
         curve: the missing term at these values, in the unit of the term.
@@ -195,7 +195,7 @@ class Unexplained:
 
 
 def in_words(regressor: str, knots: Array, curve: Array, unit: str) -> str:
-    """Describe a curve over its regressor: how large, odd or even, rising or falling."""
+    """Describe a curve over its regressor: size, symmetry and trend."""
     size = float(np.max(np.abs(curve)))
     if size == 0.0:
         return "zero"

@@ -1,4 +1,4 @@
-"""Base laws that follow another published form in this machine than in the model."""
+"""Base laws whose form in the machine differs from the form in the model."""
 
 from collections.abc import Sequence
 
@@ -11,22 +11,22 @@ from hil_emulator.identify.prediction.observer.predictor import Predictor
 from hil_emulator.identify.prediction.residuals.huber import tamed
 
 NOTICEABLE = 1.0
-"""Size of a difference, in its usual standard deviations, from which it is reported."""
+"""Smallest reported difference, in standard deviations of published forms."""
 
 SIGNIFICANT = 3.3
-"""Size over its own uncertainty from which chance is excluded, p < 0.001."""
+"""Ratio of a difference and its uncertainty that excludes chance, p < 0.001."""
 
 MOST_FORMS = 3.0
-"""Usual standard deviations beyond which no published form lies: three in a thousand do."""
+"""Difference beyond all published forms, in their standard deviations (p = 0.003)."""
 
 
 def other_forms(predictor: Predictor, frozen: Sequence[object], fit: Fit) -> list[str]:
     """Return a sentence for each base law whose form differs noticeably from the model's.
 
     Args:
-        predictor: has frozen the experiments.
+        predictor: that has frozen the experiments.
         frozen: the experiments.
-        fit: where their residuals are taken.
+        fit: point at which the residuals are computed.
 
     """
     sizes: dict[str, float] = {}
@@ -50,13 +50,13 @@ def _differences(
         power = whole if not power.size else power + whole
         product = columns @ residual if not product.size else product + columns @ residual
     covariance = np.linalg.inv(np.eye(len(laws)) + power) if laws else power
-    # a difference that is in the data and not in the model leaves its negative
+    # a difference that the model lacks leaves its negative in the residual
     sizes, deviations = -covariance @ product, np.sqrt(np.diag(covariance))
     return list(zip(laws, sizes.tolist(), deviations.tolist(), strict=True))
 
 
 def _residual(predictor: Predictor, frozen: Frozen, fit: Fit) -> Array:
-    """Return a residual in which the differences are still present."""
+    """Return the residual before the differences are integrated out."""
     point = predictor.model.memory(fit.coordinates, fit.at)
     return tamed(predictor.innovations(frozen, *point)[0])
 

@@ -1,4 +1,4 @@
-"""Verdicts that a log cannot support because it is too slow or too short."""
+"""Withdrawal of verdicts for which a log is too slow or too short."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -10,21 +10,21 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.free_terms.balances import SPOOL
 from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.observer.predictor import Predictor
-from hil_emulator.identify.selection.certainty import hardly_believed
+from hil_emulator.identify.selection.certainty import implausible_parameters
 
 ADVICE = "log valve_current at the rate at which it is set, or state its course with --set-points"
 
 DOUBTED = ("missing_effects", "unknown_effect", "disagrees")
-"""Verdicts that a short record may give by chance."""
+"""Verdicts that may be wrong by chance in a short record."""
 
 SHORTEST = 2.0
-"""Shortest record of a moving actuator for a name [s] (assumed). Of 12 healthy machines with a
-drifting null, recorded for a second, 2 got a name: `python -m tests.studies.logs.short_records 1`.
+"""Shortest record of a moving actuator for a verdict [s] (assumed). In records of 1 s, 2 of 12
+healthy machines with a drifting null got a name: `python -m tests.studies.logs.short_records 1`.
 """
 
 
 def doubt_rows(
-    result: Result, answer: SetPoints, experiments: Sequence[Experiment], believed: bool = False
+    result: Result, answer: SetPoints, experiments: Sequence[Experiment], assumed: bool = False
 ) -> None:
     """Withdraw verdicts that depend on the current between the rows.
 
@@ -32,27 +32,27 @@ def doubt_rows(
         result: of the search.
         answer: the course of the current between the rows.
         experiments: the data.
-        believed: whether `held` was assumed because it is simpler, without evidence in the data.
+        assumed: whether `held` was assumed because it is simpler, without evidence in the data.
 
     """
-    if answer == "unknown" or believed:
+    if answer == "unknown" or assumed:
         _widen_dead_time(result, answer, hold(experiments))
     rows = f"(logged every {max(e.period for e in experiments) * 1e3:g} ms)"
     if answer == "held":
-        if believed and result.verdict == "nothing_missing":
+        if assumed and result.verdict == "nothing_missing":
             result.reason += f", if the current is held from row to row {rows}; {ADVICE}"
         return
     spool = [u for u in result.unknown if u.balance == SPOOL.name]
     late = result.parameters.get(DEAD_TIME) if answer == "unknown" else None
     if spool:
         note = (
-            f"the current changes between the rows {rows}, and what it did there may be what "
-            f"acts on the {SPOOL.name}, depending on {spool[0].regressor}; {ADVICE}"
+            f"either the current changed between the rows {rows} otherwise than assumed, or an "
+            f"effect on the {SPOOL.name} over {spool[0].regressor} is missing; {ADVICE}"
         )
         if result.verdict == "unknown_effect":
             result.verdict, result.reason, result.added = "cannot_tell", note, None
-            if result.search is not None and result.search.told is not None:
-                result.final_at = result.search.told.at
+            if result.search is not None and result.search.reported is not None:
+                result.final_at = result.search.reported.at
         else:
             result.unknown, result.notes = [], [*result.notes, note]
     elif result.verdict not in ("nothing_missing", "wrong_value", "agrees"):
@@ -60,14 +60,18 @@ def doubt_rows(
     elif late is not None and late.low > 0.0:
         result.verdict = "cannot_tell"
         result.reason = (
-            f"the current acts {late.refitted * 1e3:.2g} ms late: it is held from row to row "
-            f"{rows}, or changes there and a {DEAD_TIME} is missing; {ADVICE}"
+            f"the current acts {late.refitted * 1e3:.2g} ms late: either it is held from row to "
+            f"row {rows}, or it changes there and a {DEAD_TIME} is missing; {ADVICE}"
         )
-    elif result.search and result.search.final and (far := hardly_believed(result.search.final)):
+    elif (
+        result.search
+        and result.search.final
+        and (far := implausible_parameters(result.search.final))
+    ):
         result.verdict = "cannot_tell"
         result.reason = (
-            f"the current changes between the rows {rows}, and the model explains the data only if "
-            f"{' and '.join(far)}; {ADVICE}"
+            f"either {' and '.join(far)}, or the current changed between the rows {rows} otherwise "
+            f"than assumed; {ADVICE}"
         )
 
 
@@ -88,16 +92,16 @@ def _widen_dead_time(result: Result, answer: SetPoints, late: float) -> None:
 
 
 def doubt_haste(result: Result, predictor: Predictor, experiments: Sequence[Experiment]) -> None:
-    """Withdraw verdicts that a record this short may give by chance.
+    """Withdraw verdicts that may be wrong by chance in a short record.
 
-    Benches at rest or in balance, without a drifting state, need no minimum.
+    Benches in steady state have no minimum length.
     """
     seconds = sum(e.samples * e.period for e in experiments)
     hasty = isinstance(predictor, Observer) and seconds < SHORTEST
     if not hasty or result.verdict not in DOUBTED:
         return
-    if result.search is not None and result.search.told is not None:
-        result.final_at = result.search.told.at
+    if result.search is not None and result.search.reported is not None:
+        result.final_at = result.search.reported.at
     result.verdict, result.added = "cannot_tell", None
     result.reason = (
         f"{seconds:.2g} s are too short to distinguish a missing effect from chance: "

@@ -1,4 +1,4 @@
-"""Result of an identification, for people and programs."""
+"""Result of an identification."""
 
 from dataclasses import dataclass, field, is_dataclass
 from typing import Any, Literal
@@ -47,39 +47,41 @@ class Result:
         reason: the verdict in a sentence.
         effects: the missing effects, in the order in which they were accepted.
         unknown: significant terms that no effect explains.
-        nearest: the effect that explains a part of the unknown by another law, or two that explain
-            as much ("fixed_pump or variable_pump"); "" without one.
-        hardly_believed: parameters whose estimates are implausible for such a machine, in words:
+        nearest: the effect that explains a part of the unknown term by another law, or two that
+            explain as much ("fixed_pump or variable_pump"); "" without any.
+        implausible: parameters whose estimates are implausible for such a machine, in words:
             another effect is missing as well, or was named in place of one of them.
         gap: root mean square error by channel and part of the data (`training`, `validation`):
             `before`, `after`, `floor` and, if asked for, `least_squares` one step ahead; with the
-            prefix `free_` in free runs of 500 ms; with the suffix `_percent` in percent of the
-            channel's standard deviation, else in the unit of `gap_measure`.
+            prefix `free_` in free runs of 500 ms; with the suffix `_rms` in the channel's SI unit,
+            with `_percent` in percent of the channel's standard deviation, else in the unit of
+            `gap_measure`.
         motion: root mean square error of the free run by channel and region of motion, `before`,
-            `after` and `floor`, on validation data if there are any, in units of the noise.
-        where: the balances that the configured model does not meet, and in which regions.
-        remaining: the balances that the final model does not meet, and in which regions.
-        maps: what the worst balances lack over what it depends on, before and after.
-        measure: what the gap is counted in.
-        parameters: parameters of the configuration that were estimated as well, by name.
+            `after` and `floor`, on validation data if there are any, in units of the noise; with
+            the suffix `_rms` in the channel's SI unit.
+        where: balances in which the configured model disagrees, with regions.
+        remaining: balances in which the final model disagrees, with regions.
+        maps: missing terms of the worst balances over their regressors, before and after.
+        measure: unit of the gap.
+        parameters: parameters of the configuration that were estimated together with the effects,
+            by name.
         unseen: effects that these data cannot show.
         next_experiment: what to record next, in words; "" if nothing is needed.
         plan: the next experiment in numbers; null if nothing is needed or could be forecast.
         notes: remarks on the data.
         digests: by experiment, the first 16 hexadecimal digits of the SHA-256 digest of its file;
             "" if there is no file.
-        held_out: experiments that took no part in the fit.
+        held_out: experiments that were not used for the fit.
         ladder: for each accepted effect `effect`, the effect `beside` which it was examined or
             null, and its gain in chi-square on the `training` and `validation` data.
         search: the search itself.
         traces: by experiment and channel, see `gap.traces`.
-        repeats: what the final model leaves that comes again at the same state; None where its
-            noise is known.
+        repeats: repeatability of the final residual; None if the noise of the channel is known.
         plain: estimate of every parameter by ordinary least squares [SI]; empty unless asked for.
         interrupted: whether the user ended the search before it was complete.
-        added: the strongest unexplained term as an effect file; None without one, or where the
+        added: the strongest unexplained term as an effect file; None without a term, or if the
             model has no place for it.
-        final_at: coordinates of the model with everything found, ordinary parameters first.
+        final_at: coordinates of the final model, ordinary parameters first.
 
     """
 
@@ -88,7 +90,7 @@ class Result:
     effects: list[Finding] = field(default_factory=list)
     unknown: list[Unexplained] = field(default_factory=list)
     nearest: str = ""
-    hardly_believed: list[str] = field(default_factory=list)
+    implausible: list[str] = field(default_factory=list)
     gap: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
     measure: str = ""
     parameters: dict[str, Refitted] = field(default_factory=dict)
@@ -112,7 +114,7 @@ class Result:
     final_at: Array = field(default_factory=lambda: np.zeros(0))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return what goes into `result.json`."""
+        """Return the content of `result.json`."""
         return {KEYS.get(n, n): _as_json(v) for n, v in vars(self).items() if n not in INTERNAL}
 
 
@@ -125,6 +127,7 @@ KEYS = {
     "measure": "gap_measure",
     "motion": "free_run_by_motion",
     "digests": "data",
+    "implausible": "hardly_believed",
     "plain": "least_squares",
 }
 """Keys of `result.json` that differ from the attribute's name: programs read them."""

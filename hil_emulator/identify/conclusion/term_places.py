@@ -1,4 +1,4 @@
-"""Where an unexplained term can be added to the model."""
+"""Places in the model to which an unexplained term can be added."""
 
 from dataclasses import dataclass
 
@@ -24,8 +24,7 @@ from hil_emulator.model.stages import (
 )
 
 TURN = 1e-3
-"""Speed range in which a term that depends on the direction of motion changes its sign [m/s]
-(assumed)."""
+"""Speed range in which a term with the sign of velocity changes its sign [m/s] (assumed)."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +53,7 @@ _SIGN = f"math.tanh(velocity / {TURN!r})"
 
 
 def _calibration(channel: str) -> TermPlace:
-    """Return the place of a sensor's error over its own reading."""
+    """Return the place of a sensor's error over its reading."""
     return TermPlace(transducer, ("reading",), "reading", "reading + term", "y = x + T(x)", channel)
 
 
@@ -93,5 +92,5 @@ leakage without the position, no stage of a chamber's flow, and no time."""
 
 
 def place_of(term: Unexplained) -> TermPlace | None:
-    """Return where a term can be added to the model; None where it cannot."""
+    """Return the place of a term in the model; None if it has no place."""
     return PLACES.get((term.balance, term.regressor))

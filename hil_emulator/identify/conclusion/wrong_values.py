@@ -1,18 +1,19 @@
-"""Values of a configuration that are other ones in the machine, with nothing else missing."""
+"""Values of a configuration that differ from those of the machine, with no effect missing."""
 
 from collections.abc import Mapping, Sequence
 
 from hil_emulator.identify.conclusion.findings import Refitted
+from hil_emulator.identify.experiment_design.contrast import variation
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.levels import GREATER_PART
 from hil_emulator.identify.selection.progress import Search
 
 FarOff = Sequence[tuple[Coordinate, float]]
-"""Ordinary parameters that hardly any machine has where they are, and their coordinates."""
+"""Ordinary parameters far from their configured values, with the estimates of their coordinates."""
 
 
 def in_words(far: FarOff, parameters: Mapping[str, Refitted]) -> list[str]:
-    """Return each value with its uncertainty, and what is configured or usual."""
+    """Return each value with its interval, and the configured or usual value."""
     return [_words(c, parameters[c.name]) for c, _ in far if c.name in parameters]
 
 
@@ -24,24 +25,36 @@ def _words(c: Coordinate, value: Refitted) -> str:
     return f"{c.name} = {now} (95 %: {low} ... {high}){product}, {origin}"
 
 
-def instead(search: Search, far: FarOff) -> list[str]:
-    """Return the effects with which a value that is far off would be much nearer.
+def instead(search: Search, far: FarOff) -> list[Coordinate]:
+    """Return the effects that bring a value much nearer to its configured one.
 
-    Each of them was refitted with all parameters free.
+    Each effect was refitted together with all parameters.
     """
     rivals = []
     for trial in search.rounds[-1].trials:
         there = {c.name: float(at) for c, at in
                  zip(trial.fit.coordinates, trial.fit.at, strict=True)}  # fmt: skip
         if any(abs(there.get(c.name, at)) < GREATER_PART * abs(at) for c, at in far):
-            rivals.append(trial.score.coordinate.name)
+            rivals.append(trial.score.coordinate)
     return rivals
 
 
-def advice(far: FarOff, rivals: Sequence[str]) -> str:
-    """Say which explanations compete, and what would decide."""
-    names = " and ".join(c.name for c, _ in far)
+def competing(values: Sequence[str], far: FarOff, rivals: Sequence[Coordinate]) -> str:
+    """Return the two explanations: other values, or a missing effect."""
     return (
-        f"or {' or '.join(rivals)} acts and {names} is nearer to what is configured; "
-        f"measure {names} by itself, or record experiments that show one of them alone"
+        f"two explanations fit: {' and '.join(values)}, with no effect missing; or "
+        f"{' or '.join(c.name for c in rivals)} is missing, with {_names(far)} nearer to its "
+        "configured value"
     )
+
+
+def separating(far: FarOff, rivals: Sequence[Coordinate]) -> str:
+    """Return the measurement that decides between other values and a missing effect."""
+    return (
+        f"measure {_names(far)} directly, or record "
+        f"{variation([c.effect for c in rivals if c.effect is not None])}"
+    )
+
+
+def _names(far: FarOff) -> str:
+    return " and ".join(c.name for c, _ in far)

@@ -70,7 +70,7 @@ def lags_of(
 
 
 def _orthonormal(columns: Array) -> Array:
-    """Return orthonormal bases of columns, the first one in its own direction."""
+    """Return orthonormal bases of columns, the first one along the first column."""
     sizes = np.maximum(np.sqrt(np.sum(columns**2, axis=1, keepdims=True)), 1e-30)
     basis, upper = np.linalg.qr(columns / sizes)
     signs = np.where(np.diagonal(upper, axis1=1, axis2=2) < 0.0, -1.0, 1.0)

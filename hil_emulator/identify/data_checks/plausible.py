@@ -62,7 +62,7 @@ def contradictions(experiments: Sequence[Experiment], plant: Mapping[str, float]
 
 
 def _driven(e: Experiment) -> str:
-    """Return the contradiction between valve current and rod; "" if there is none."""
+    """Return the contradiction between valve current and rod; "" if they agree."""
     if not len(e.current) or "position" not in e.readings:
         return ""
     velocity = clocks.motion(e, 1)
@@ -83,7 +83,7 @@ def _driven(e: Experiment) -> str:
 
 
 def _loaded(e: Experiment, plant: Mapping[str, float]) -> str:
-    """Return the contradiction between pressures and load cell; "" if there is none."""
+    """Return the contradiction between pressures and load cell; "" if they agree."""
     if "pressure_a" not in e.readings:
         return ""
     if "load_force" not in e.readings:

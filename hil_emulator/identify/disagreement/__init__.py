@@ -1,1 +1,1 @@
-"""Where model and measurement disagree: by channel, balance and region."""
+"""Disagreement of model and measurement by channel, balance and region."""

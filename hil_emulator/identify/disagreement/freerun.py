@@ -1,8 +1,8 @@
-"""What a model does when it is left alone: free runs that restart from filtered states.
+"""Free runs: simulation with the recorded current, restarted from filtered states.
 
-Half a second of simulation shows what a controller in the loop would meet, and is short enough
-that drift does not swamp everything. The model is driven by the recorded current; nothing corrects
-it between two restarts. One pass also yields the error one step ahead.
+The readings do not correct the model between two restarts. A run of 0.5 s covers the time scale of
+a controller in the loop, and drift does not yet dominate its error. The same pass gives the error
+one step ahead.
 """
 
 from dataclasses import dataclass
@@ -18,19 +18,18 @@ RESTART_INTERVAL = 0.5
 """Time between two restarts [s]."""
 
 FILTER_SETTLING = 0.25
-"""Time at the start of an experiment before which no free run begins: the filter still learns the
-null, and a wrong one carries the rod away (assumed)."""
+"""Time at the start of an experiment without free runs [s]: a null bias that the filter has not yet
+estimated would make the rod drift (assumed)."""
 
 
 @dataclass(frozen=True)
 class Replay:
-    """How far one model is from one experiment.
+    """Errors of one model in one experiment.
 
     Attributes:
         one_step: measured less predicted one sample ahead, SI, shape (samples, channels).
-        free: the same in the free run.
-        age: samples since the restart from which the free run comes, shape (samples,); 0 before
-            the first.
+        free: measured less simulated in the free run, SI, the same shape.
+        age: samples since the last restart, shape (samples,); 0 before the first restart.
         track: the model's signals one sample ahead, shape (samples, signals).
 
     """
@@ -45,7 +44,7 @@ def replay(observer: Observer, frozen: Frozen, par: Array, chan: Array) -> Repla
     """Return the errors of a model along one experiment, NaN while its filter settles.
 
     Args:
-        observer: sees the experiment.
+        observer: the predictor.
         frozen: the experiment with the gains of this model.
         par: the plant's parameters.
         chan: the transducers' parameters.
@@ -60,5 +59,5 @@ def replay(observer: Observer, frozen: Frozen, par: Array, chan: Array) -> Repla
     first, window = restarts
     age = np.maximum((np.arange(len(data.measured)) - first - 1) % window + 1, 0)
     age[: first + 1] = 0
-    # of a long recording it is large
+    # single precision: a long recording needs much memory
     return Replay(errors.one, errors.free, age, errors.track.astype(np.float32))

@@ -1,7 +1,7 @@
-"""Where model and measurement disagree: per channel, one step ahead and simulated freely.
+"""Disagreement of model and measurement per channel, one step ahead and in free runs.
 
-Every model is seen by its own predictor, restarts its free run from its own filtered states, and
-is compared with the same readings: so the numbers of several models stand beside each other.
+Each model has its own filter, from whose states its free runs restart. All models are compared with
+the same readings, so their numbers can be compared.
 """
 
 from collections.abc import Sequence
@@ -10,8 +10,8 @@ from itertools import islice
 
 import numpy as np
 
-from hil_emulator.identify.disagreement.floor import Floor, spread, strengths
 from hil_emulator.identify.disagreement.freerun import Replay, replay
+from hil_emulator.identify.disagreement.noise_floor import Floor, spread, strengths
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.benches.force_balance import MeasuredStates
@@ -25,20 +25,19 @@ Gap = dict[str, dict[str, dict[str, float]]]
 """By channel and part of the data: see `measure`."""
 
 KINDS = {"": "one_step", "free_": "free"}
-"""Prefix of a number in a gap, and the error that it is about."""
+"""Attribute of `Replay` by the prefix of a number in a gap."""
 
 
 @dataclass(frozen=True)
 class View:
-    """One experiment through one model.
+    """One experiment and one model.
 
     Attributes:
         experiment: the data.
-        replay: the model's errors; in the force balance alone there is no free run.
-        noise: standard deviation of each channel's noise, or one of its unit, shape (channels,).
-        floors: what disturbances leave, at the strength that is assumed; None where unknown or not
-            asked for.
-        strength: of each source of the floor in this experiment, see `floor.strengths`.
+        replay: errors of the model; benches without a complete actuator have no free run.
+        noise: standard deviation of each channel's noise, or 1 in its unit, shape (channels,).
+        floors: variance from noise and disturbances at assumed strengths; None if unknown.
+        strength: of each source of the floor in this experiment, see `noise_floor.strengths`.
 
     """
 
@@ -55,7 +54,7 @@ class Compared:
 
     Attributes:
         before: the configured model, ordinary parameters refitted, by part of the data.
-        after: the same with what was found.
+        after: the final model, by part of the data.
 
     """
 
@@ -64,22 +63,22 @@ class Compared:
 
 
 def view(predictor: Predictor, fit: Fit, experiments: Sequence[Experiment]) -> list[View]:
-    """Return experiments through a fitted model."""
+    """Return the views of experiments with a fitted model."""
     point = predictor.model.memory(fit.coordinates, fit.at)
-    return [_seen(predictor, e, point, with_floors=False) for e in experiments]
+    return [_view(predictor, e, point, with_floors=False) for e in experiments]
 
 
-def _seen(predictor: Predictor, experiment: Experiment, point: Point, with_floors: bool) -> View:
-    """Return one experiment through a model."""
+def _view(predictor: Predictor, experiment: Experiment, point: Point, with_floors: bool) -> View:
+    """Return the view of one experiment with a model."""
     frozen = predictor.freeze(experiment, *point)
     if isinstance(predictor, Observer) and isinstance(frozen, Frozen):
         run = replay(predictor, frozen, *point)
-        seen = View(experiment, run, frozen.noise)
+        plain = View(experiment, run, frozen.noise)
         if not with_floors:
-            return seen
+            return plain
         floors = spread(predictor, frozen, run)
         strength = strengths([floors], [run], experiment.period)
-        return replace(seen, floors=floors, strength=strength)
+        return replace(plain, floors=floors, strength=strength)
     residual, track = predictor.innovations(frozen, *point, track=True)
     assert isinstance(frozen, MeasuredStates)
     residual = np.where(frozen.present[:, None], residual, np.nan)
@@ -93,17 +92,17 @@ def compare(
     predictor: Predictor, before: Fit, after: Fit, training: Sequence[Experiment],
     validation: Sequence[Experiment], jobs: int = 1,
 ) -> Compared:  # fmt: skip
-    """Look at all data through the model before and after, and at what is left in the end."""
+    """Return the views of all data with two models; those of the second have floors."""
     parts = {n: e for n, e in {"training": training, "validation": validation}.items() if e}
     models = [after] if after is before else [before, after]
-    asked = [(fit, e) for fit in models for part in parts.values() for e in part]
+    pairs = [(fit, e) for fit in models for part in parts.values() for e in part]
 
-    def seen(one: tuple[Fit, Experiment]) -> View:
-        fit, experiment = one
+    def one_view(pair: tuple[Fit, Experiment]) -> View:
+        fit, experiment = pair
         point = predictor.model.memory(fit.coordinates, fit.at)
-        return _seen(predictor, experiment, point, with_floors=fit is after)
+        return _view(predictor, experiment, point, with_floors=fit is after)
 
-    views = side_by_side(seen, asked, jobs)
+    views = side_by_side(one_view, pairs, jobs)
     by_part = [{name: list(islice(views, len(e))) for name, e in parts.items()} for _ in models]
     return Compared(by_part[0], by_part[-1])
 
@@ -111,10 +110,10 @@ def compare(
 def measure(predictor: Predictor, compared: Compared) -> Gap:
     """Return the root mean square of the disagreement by channel and part of the data.
 
-    Each entry holds `before`, `after` and `floor` of the error one step ahead in units of the
-    channel's noise (of the unit of `predictor.measure` in the force balance alone); with the
-    prefix `free_` of the free run; with the suffix `_percent` over the channel's spread. What is
-    not known is absent.
+    Each entry holds `before`, `after` and `floor` of the error one step ahead, in
+    `predictor.measure`: multiples of the channel's noise, or a unit. With the prefix `free_` they
+    are of the free run. The suffix `_rms` is in the channel's SI unit, `_percent` is relative to
+    the standard deviation of its readings. Unknown numbers are absent.
     """
     gap: Gap = {}
     for part, views in compared.after.items():
@@ -137,43 +136,44 @@ def enter(gap: Gap, predictor: Predictor, part: str, when: str, views: Sequence[
             _enter(entry, f"{prefix}{when}", channel, views, i, errors)
 
 
-def floor_of(seen: View, kind: str) -> Array:
-    """Return the error that disturbances leave, NaN where nothing counts, shape of the errors."""
-    assert seen.floors is not None
-    left = np.sqrt(np.tensordot(seen.strength, getattr(seen.floors, kind), 1))
-    return np.asarray(np.where(np.isfinite(getattr(seen.replay, kind)), left, np.nan))
+def floor_of(view: View, kind: str) -> Array:
+    """Return the standard deviation of a perfect model's error, NaN where the error is NaN."""
+    assert view.floors is not None
+    deviation = np.sqrt(np.tensordot(view.strength, getattr(view.floors, kind), 1))
+    return np.asarray(np.where(np.isfinite(getattr(view.replay, kind)), deviation, np.nan))
 
 
 def _enter(
     entry: dict[str, float], name: str, channel: str, views: Sequence[View], i: int,
     errors: Sequence[Array],
 ) -> None:  # fmt: skip
-    """Enter a root mean square in units of noise and in percent of the readings' spread."""
+    """Enter a root mean square in units of noise, in SI, and in percent of the readings' spread."""
     in_noise = np.concatenate([e / v.noise[i] for e, v in zip(errors, views, strict=True)])
     if not np.isfinite(in_noise).any():
         return
     entry[name] = float(np.sqrt(np.nanmean(in_noise**2)))
-    plain = np.concatenate(errors)
-    width = float(np.nanstd(np.concatenate([v.experiment.readings[channel] for v in views])))
-    if width > 0.0:
-        entry[f"{name}_percent"] = float(100.0 * np.sqrt(np.nanmean(plain**2)) / width)
+    rms = float(np.sqrt(np.nanmean(np.concatenate(errors) ** 2)))
+    entry[f"{name}_rms"] = rms
+    spread_of_readings = np.nanstd(np.concatenate([v.experiment.readings[channel] for v in views]))
+    if spread_of_readings > 0.0:
+        entry[f"{name}_percent"] = float(100.0 * rms / spread_of_readings)
 
 
 def traces(predictor: Predictor, compared: Compared) -> dict[str, dict[str, Array]]:
-    """Return what was measured and how far both models are from it, by `experiment/channel`.
+    """Return measurement and errors of both models, by `experiment/channel`.
 
     Each entry holds `time` [s], `measured`, the errors one step ahead `before` and `after`, those
     of the free run `free_before` and `free_after`, all SI, and `noise`, one number.
     """
-    found: dict[str, dict[str, Array]] = {}
+    by_channel: dict[str, dict[str, Array]] = {}
     for part, views in compared.before.items():
         for old, new in zip(views, compared.after[part], strict=True):
             e = old.experiment
             for i, channel in enumerate(predictor.channels):
-                found[f"{e.name}/{channel}"] = {
+                by_channel[f"{e.name}/{channel}"] = {
                     "time": np.arange(e.samples, dtype=np.float64) * e.period,
                     "measured": e.readings[channel], "noise": old.noise[i : i + 1],
                     "before": old.replay.one_step[:, i], "after": new.replay.one_step[:, i],
                     "free_before": old.replay.free[:, i], "free_after": new.replay.free[:, i],
                 }  # fmt: skip
-    return found
+    return by_channel

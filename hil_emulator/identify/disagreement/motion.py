@@ -7,23 +7,25 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hil_emulator.identify.disagreement.gap import Compared, Gap, View, floor_of
+from hil_emulator.identify.disagreement.gap import Compared, Gap, floor_of
 from hil_emulator.identify.measured.experiment import Array, Mask
 from hil_emulator.identify.prediction.observer.predictor import Predictor
 
 SLOW_BORDER = 1.0 / 3.0
-"""Upper border of slow motion over the 90 % quantile of the speed (assumed)."""
+"""Ratio of the upper border of slow motion and the 90 % quantile of the speed (assumed)."""
 
 STANDING_BORDER = 1.0 / 30.0
-"""Upper border of standing over the same (assumed)."""
+"""Ratio of the upper border of standing and the 90 % quantile of the speed (assumed)."""
 
 
 def by_motion(predictor: Predictor, compared: Compared, kind: str = "free") -> Gap:
-    """Return the root mean square error by channel and region of motion, in units of noise.
+    """Return the root mean square error by channel and region of motion.
+
+    As in `gap.measure`, each number is in units of the noise, and in SI with the suffix `_rms`.
 
     Args:
-        predictor: names the channels and signals.
-        compared: both models over the data; validation data are used where there are any.
+        predictor: that has the names of channels and signals.
+        compared: both models over the data; validation data are used if there are any.
         kind: "free" or "one_step".
 
     """
@@ -36,11 +38,14 @@ def by_motion(predictor: Predictor, compared: Compared, kind: str = "free") -> G
     for words, low, high in regions(usual):
         inside = [(s >= low) & (s < high) for s in speeds]
         for i, channel in enumerate(predictor.channels):
-            entry = {"before": _rms([_error(v, kind, i) for v in old], inside),
-                     "after": _rms([_error(v, kind, i) for v in new], inside)}  # fmt: skip
+            errors = {when: [(getattr(v.replay, kind)[:, i], v.noise[i]) for v in views]
+                      for when, views in (("before", old), ("after", new))}  # fmt: skip
             if all(v.floors is not None for v in new):
-                left = [floor_of(v, kind)[:, i] / v.noise[i] for v in new]
-                entry["floor"] = _rms(left, inside)
+                errors["floor"] = [(floor_of(v, kind)[:, i], v.noise[i]) for v in new]
+            entry: dict[str, float] = {}
+            for when, parts in errors.items():
+                entry[when] = _rms([error / noise for error, noise in parts], inside)
+                entry[f"{when}_rms"] = _rms([error for error, _ in parts], inside)
             if np.isfinite(entry["before"]):
                 gap.setdefault(channel, {})[words] = entry
     return gap
@@ -57,10 +62,6 @@ def regions(usual: float) -> list[tuple[str, float, float]]:
         (f"extending, |v| < {1e3 * slow:g} mm/s", still, slow),
         (f"extending, |v| > {1e3 * slow:g} mm/s", slow, np.inf),
     ]
-
-
-def _error(seen: View, kind: str, i: int) -> Array:
-    return np.asarray(getattr(seen.replay, kind)[:, i] / seen.noise[i])
 
 
 def _rms(errors: Sequence[Array], inside: Sequence[Mask]) -> float:

@@ -1,9 +1,9 @@
-"""Which balance disagrees, and in which region of the state space.
+"""Balances that disagree, and the regions of the state space in which they do.
 
-A balance's share is what terms in it explain of everything that terms in any balance explain, taken
-one after the other, the strongest first: so the shares add up. Ordinary parameters are projected
-out. A term's gain falls on single samples, and a region is the simplest statement about the state
-that covers most of the gain in little of the time.
+Free terms are added one after the other, the strongest first. A balance's share is the gain of its
+terms relative to that of all terms, so the shares add up to 1. Ordinary parameters are projected
+out. A term's gain is a sum over samples. A region is a simple condition on the state under which
+much of the gain lies in a small share of the time.
 """
 
 from collections.abc import Iterator, Sequence
@@ -18,16 +18,16 @@ from hil_emulator.identify.measured.experiment import Array, Mask
 from hil_emulator.identify.prediction.free_terms.regressors import Regressors
 
 LEAST_FURTHER_SHARE = 0.02
-"""Share of the gap below which a further term is not worth a line (assumed)."""
+"""Smallest share of the gap of a further term (assumed)."""
 
 CONCENTRATED = 0.15
-"""Least excess of a region's share of the gap over its share of the time (assumed)."""
+"""Smallest difference of a region's share of the gap and its share of the time (assumed)."""
 
 COVERED = 0.8
-"""Share of a balance's gap at which no further region is looked for (assumed)."""
+"""Share of a balance's gap at which the search for regions ends (assumed)."""
 
 MOST_REGIONS = 3
-"""Regions that are told of one balance."""
+"""Largest number of regions per balance."""
 
 BORDER_QUANTILES = np.linspace(0.05, 0.95, 19)
 """Quantiles of a regressor at which a region may begin or end."""
@@ -39,8 +39,8 @@ class Region:
 
     Attributes:
         words: the region in words.
-        share: share of the balance's gap that lies there.
-        time: share of the time that the machine spent there.
+        share: share of the balance's gap in the region.
+        time: share of the time in the region.
 
     """
 
@@ -54,14 +54,14 @@ class Region:
 
 @dataclass(frozen=True)
 class Disagreement:
-    """A balance that the model does not meet.
+    """A balance in which the model disagrees.
 
     Attributes:
         balance: its name.
-        regressor: what its strongest term depends on.
+        regressor: the quantity on which its strongest term depends.
         share: share of the gap that terms in this balance explain.
         delta_chi2: gain in chi-square of these terms.
-        regions: where in the state space, the largest share first.
+        regions: of the state space, the largest share first.
 
     """
 
@@ -77,11 +77,11 @@ class Disagreement:
 
     @property
     def place(self) -> str:
-        """The balance, over what, and its share where others disagree, too."""
-        told = f"{self.balance} over {self.regressor}"
+        """The balance with its regressor, and its share if several balances disagree."""
+        place = f"{self.balance} over {self.regressor}"
         if self.share > 1.0 - LEAST_FURTHER_SHARE:
-            return told
-        return f"{told}: {100 * self.share:.0f} % of what the balances lack"
+            return place
+        return f"{place}: {100 * self.share:.0f} % of what the balances lack"
 
 
 def disagreements(
@@ -91,34 +91,34 @@ def disagreements(
 
     Args:
         fit: the model.
-        terms: those that are worth a word there.
-        states: regressors along the trajectory, all experiments in a row.
-        channels: residuals per sample.
+        terms: the noticeable free terms.
+        states: regressors along the trajectory, experiments concatenated.
+        channels: number of residuals per sample.
 
     """
     chosen = _chosen([t for t in terms if t.columns.size], fit)
     total = sum(delta_chi2 for _, delta_chi2, _ in chosen)
-    found: dict[str, Disagreement] = {}
+    by_balance: dict[str, Disagreement] = {}
     for term, delta_chi2, local in chosen:
         name, samples = term.balance.name, local.reshape(-1, channels).sum(axis=1)
-        known = found.get(name)
-        if known is None:
+        previous = by_balance.get(name)
+        if previous is None:
             regions = tuple(_regions(samples, states))
-            found[name] = Disagreement(
+            by_balance[name] = Disagreement(
                 name, term.regressor, delta_chi2 / total, delta_chi2, regions
             )
         else:
-            share = known.share + delta_chi2 / total
-            found[name] = Disagreement(
-                name, known.regressor, share, known.delta_chi2 + delta_chi2, known.regions
+            share = previous.share + delta_chi2 / total
+            by_balance[name] = Disagreement(
+                name, previous.regressor, share, previous.delta_chi2 + delta_chi2, previous.regions
             )  # fmt: skip
-    return sorted(found.values(), key=lambda d: -d.share)
+    return sorted(by_balance.values(), key=lambda d: -d.share)
 
 
 def _chosen(
     terms: Sequence[DiscrepancyTerm], fit: Fit
 ) -> list[tuple[DiscrepancyTerm, float, Array]]:
-    """Return terms one after the other with their further gain, in all and by residual."""
+    """Return the terms in order of their additional gains, with the gain in all and by residual."""
     project = Projection(fit)
     rest = list(terms)
     bases = {id(t): _basis(t, project) for t in rest}
@@ -136,7 +136,7 @@ def _chosen(
         chosen.append((term, delta_chi2, (residual**2 - after**2)[:count]))
         residual = after
         for other in rest:
-            bases[id(other)] = _beside(bases[id(other)], basis)
+            bases[id(other)] = _without(bases[id(other)], basis)
     return chosen
 
 
@@ -147,32 +147,32 @@ def _basis(term: DiscrepancyTerm, project: Projection) -> Array:
     return _orthonormal(columns)
 
 
-def _beside(basis: Array, other: Array) -> Array:
-    """Return a basis of what is not in another one."""
-    own = basis.astype(np.float64)
-    own -= other @ (other.T @ own)
-    return _orthonormal(own)
+def _without(basis: Array, other: Array) -> Array:
+    """Return a basis of the part orthogonal to another basis."""
+    rest = basis.astype(np.float64)
+    rest -= other @ (other.T @ rest)
+    return _orthonormal(rest)
 
 
 def _orthonormal(columns: Array) -> Array:
-    """Return an orthonormal basis, without directions that hardly exist: perhaps of none.
+    """Return an orthonormal basis without nearly dependent directions; it may be empty.
 
-    What is given is overwritten.
+    The given columns are overwritten.
     """
     values, vectors = np.linalg.eigh(columns.T @ columns)
     keep = values > max(1e-4 * float(np.max(values, initial=0.0)), 1e-9)
-    # of a long recording the bases of all terms are large
+    # single precision: the bases of a long recording need much memory
     basis = combined(columns, vectors[:, keep] / np.sqrt(values[keep]))
     return np.asarray(basis.astype(np.float32))
 
 
 def _regions(delta_chi2: Array, states: Regressors) -> Iterator[Region]:
-    """Yield the regions in which most of a gain lies."""
+    """Yield the regions with most of a gain."""
     total, left = float(np.sum(delta_chi2)), np.ones(len(delta_chi2), bool)
-    told = 0.0
+    covered = 0.0
     for _ in range(MOST_REGIONS):
         best, score = None, CONCENTRATED
-        for words, inside in _statements(states):
+        for words, inside in _conditions(states):
             here = inside & left
             share, time = float(np.sum(delta_chi2[here])) / total, float(np.mean(inside))
             if share - time > score and 0.02 < time < 0.9:
@@ -181,14 +181,14 @@ def _regions(delta_chi2: Array, states: Regressors) -> Iterator[Region]:
             return
         words, here, share, time = best
         yield Region(words, min(share, 1.0), time)
-        told += share
+        covered += share
         left &= ~here
-        if told > COVERED:
+        if covered > COVERED:
             return
 
 
-def _statements(states: Regressors) -> Iterator[tuple[str, Mask]]:
-    """Yield simple statements about the state, with the samples for which they hold."""
+def _conditions(states: Regressors) -> Iterator[tuple[str, Mask]]:
+    """Yield simple conditions on the state, with the samples that meet them."""
     v, x = states["velocity"], states["position"]
     ways = (("both directions", np.ones(len(v), bool)), ("extending", v > 0.0),
             ("retracting", v < 0.0))  # fmt: skip
@@ -213,5 +213,5 @@ def _statements(states: Regressors) -> Iterator[tuple[str, Mask]]:
 
 def _levels(values: Array, scale: float) -> list[float]:
     """Return levels at the quantiles of some values, with two digits."""
-    found = np.quantile(values * scale, BORDER_QUANTILES)
-    return sorted({float(f"{v:.2g}") for v in found})
+    quantiles = np.quantile(values * scale, BORDER_QUANTILES)
+    return sorted({float(f"{v:.2g}") for v in quantiles})

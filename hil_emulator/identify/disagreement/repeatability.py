@@ -1,8 +1,8 @@
-"""Whether what a model leaves is chance, or comes again whenever the rod is in the same state.
+"""Repeatability of a residual: noise, or a part that recurs in the same state of the rod.
 
-Where a bench repeats its strokes, the scatter of the residual between visits of one state is what
-no model of that state could explain: the pure error of a test for lack of fit (Fisher 1922; for
-near replicates Daniel and Wood 1980, section 7). What is left beyond it is missing in the model.
+If a bench repeats its strokes, the scatter of the residual between visits of one state is the pure
+error of a test for lack of fit (Fisher 1922; for near replicates Daniel and Wood 1980, section 7).
+No model of the state can explain it. A larger residual shows that the model lacks a term.
 """
 
 from collections.abc import Sequence
@@ -12,36 +12,37 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from hil_emulator.identify.disagreement.gap import View
+from hil_emulator.identify.disagreement.residuals import SHOWN
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.observer.predictor import Predictor
 
 STATES = ("position", "velocity", "pressure_a", "pressure_b")
-"""What a visit is like."""
+"""Channels of the state."""
 
 MOST = 20_000
-"""Samples that are compared; of longer recordings, evenly chosen ones."""
+"""Largest number of samples that are compared; longer recordings are decimated."""
 
 NEIGHBOURS = 32
-"""Nearest samples among which one of another visit is looked for."""
+"""Number of nearest samples that may belong to another visit."""
 
 AGAIN = 0.5
-"""Time from which a state was visited again, rather than not left yet [s] (assumed)."""
+"""Shortest time between two visits of a state [s] (assumed)."""
 
 REPEATING = 0.5
-"""Part of the residual's variance that comes again, from which most of it is no chance: neither the
-sensors' noise nor what the bench does not repeat, which both differ from visit to visit."""
+"""Recurring share of the residual's variance from which it is unexplained. Sensor noise and
+disturbances that the bench does not repeat differ between visits."""
 
 
 @dataclass(frozen=True)
 class Repeatability:
-    """What a model leaves, and how much of it comes again.
+    """Residual of a model, and its scatter between visits of one state.
 
     Attributes:
-        channel: which reading it is about.
+        channel: of the residual.
         rms: root mean square of the residual, in `unit`.
         scatter: standard deviation between visits of one state.
         spread: standard deviation of the readings.
-        unit: of these.
+        unit: of these numbers.
 
     """
 
@@ -53,25 +54,26 @@ class Repeatability:
 
     @property
     def share(self) -> float:
-        """Part of the residual's variance that comes again."""
+        """Share of the residual's variance that recurs."""
         return max(0.0, 1.0 - (self.scatter / self.rms) ** 2) if self.rms > 0.0 else 0.0
 
     @property
     def unexplained(self) -> bool:
-        """Whether most of it comes again."""
+        """Whether most of the variance recurs."""
         return self.share > REPEATING
 
     def __str__(self) -> str:
+        factor, unit = SHOWN.get(self.unit, (1.0, self.unit))
         return (
-            f"cannot tell what is missing: {self.rms:.3g} {self.unit} rms of the "
-            f"{self.channel.replace('_', ' ')} stay unexplained ({self.rms / self.spread:.0%} of "
-            f"its spread), and {self.share:.0%} of their variance comes again whenever the rod is "
-            "in the same state; no effect in the catalogue explains that with certainty"
+            f"{self.rms * factor:.3g} {unit} rms of the {self.channel.replace('_', ' ')} are "
+            f"unexplained ({self.rms / self.spread:.0%} of its standard deviation), and "
+            f"{self.share:.0%} of this variance recurs in the same state of the rod, so it is not "
+            "noise"
         )
 
 
 def repeatability(predictor: Predictor, views: Sequence[View]) -> Repeatability:
-    """Return what comes again of the residual of a predictor's only channel."""
+    """Return the repeatability of the residual of a predictor's only channel."""
     channel, unit = predictor.channels[0], predictor.measure
     residuals = [v.replay.one_step[:, 0] for v in views]
     names = predictor.model.signal_names
@@ -99,8 +101,8 @@ def _scatter(residual: Array, state: Array, time: Array) -> float:
     scaled = state[:, moving] / width[moving]
     near = cKDTree(scaled).query(scaled, k=min(NEIGHBOURS, len(scaled)))[1]
     again = np.abs(time[near] - time[:, None]) > AGAIN
-    found = again.any(axis=1)
+    revisited = again.any(axis=1)
     other = near[np.arange(len(near)), np.argmax(again, axis=1)]
-    apart = (residual - residual[other])[found]
-    # without any second visit nothing tells chance from what is missing
-    return float(np.sqrt(0.5 * np.mean(apart**2))) if found.any() else float("inf")
+    apart = (residual - residual[other])[revisited]
+    # without a second visit, noise and missing terms cannot be separated
+    return float(np.sqrt(0.5 * np.mean(apart**2))) if revisited.any() else float("inf")

@@ -1,7 +1,8 @@
-"""What each balance lacks, moment by moment, and its map over what it may depend on.
+"""Missing term of each balance over time, and its map over a regressor.
 
-The estimate is a smoothed one: a term that changes within 10 ms is pulled towards zero, so a map
-shows a little less than the whole. Each balance is taken as if it alone were wrong.
+The term is estimated by a smoother. The smoother reduces terms that change within 10 ms, so a map
+shows slightly less than the whole term. Each balance is examined as if only this balance had an
+error.
 """
 
 from collections.abc import Sequence
@@ -23,27 +24,28 @@ from hil_emulator.identify.prediction.observer.predictor import Predictor
 from hil_emulator.identify.prediction.parallel.pool import side_by_side
 
 TERM_STRENGTH = 0.03
-"""Standard deviation of a term over the largest force, flow, current or pressure (assumed)."""
+"""Deviation of a term relative to the largest force, flow, current or pressure (assumed)."""
 
 TERM_CORRELATION_TIME = 0.01
 """Time over which a term is correlated [s] (assumed)."""
 
 LEAST_DIRECTION = 0.01
-"""Part of the best shown direction of a curve from which on it is not an ordinary parameter's."""
+"""Smallest eigenvalue of a curve's direction that ordinary parameters do not explain, relative to
+the largest."""
 
 MAPPED_SAMPLES = 20_000
-"""Samples of the experiments that go into a map."""
+"""Largest number of samples in a map."""
 
 BINS = 25
 
 FEWEST_IN_BIN = 10
-"""Samples in a bin below which nothing is drawn."""
+"""Smallest number of samples in a bin that is drawn."""
 
 SHOWN = {"m^3/s": (6e4, "l/min"), "m/s": (1e3, "mm/s"), "m": (1e3, "mm"), "Pa": (1e-5, "bar"),
          "A": (1e3, "mA"), "N": (1.0, "N"), "s": (1.0, "s"), "A/s": (1e3, "mA/s"),
          "Pa/s": (1e-5, "bar/s"), "Pa/s^2": (1e-5, "bar/s^2"), "Pa*m": (1e-2, "bar*mm"),
          "m/s^2": (1.0, "m/s^2")}  # fmt: skip
-"""Factor and unit for people, by SI unit; of every regressor."""
+"""Factor and unit of data sheets, by SI unit; every regressor has one."""
 
 
 @dataclass(frozen=True)
@@ -57,20 +59,20 @@ class Binned:
 
 @dataclass(frozen=True)
 class Map:
-    """What one balance lacks over one regressor, in units for people.
+    """Missing term of one balance over one regressor, in units of data sheets.
 
     Attributes:
-        balance: which.
-        regressor: over what.
+        balance: its name.
+        regressor: its name.
         unit: of the residual.
         regressor_unit: of the regressor.
         centres: of the bins.
         before: with the configured model.
-        after: with what was found.
-        frequency: of the spectra [Hz]; empty where samples are irregular.
+        after: with the final model.
+        frequency: of the spectra [Hz]; empty if samples are irregular.
         spectra: density before and after [unit/Hz^0.5].
-        loop: how far the residual before differs between a rising and a falling regressor, over
-            its size; near one for hysteresis.
+        loop: difference of the residual before between a rising and a falling regressor, relative
+            to its size; near 1 for hysteresis.
 
     """
 
@@ -87,11 +89,11 @@ class Map:
 
 
 def lacking(predictor: Predictor, frozen: object, par: Array, chan: Array, what: Balance) -> Array:
-    """Return what a balance lacks along one experiment, in the balance's unit.
+    """Return the missing term of a balance along one experiment, in the balance's unit.
 
     Args:
-        predictor: sees the experiment.
-        frozen: what the predictor's `freeze` returned.
+        predictor: of the experiment.
+        frozen: result of the predictor's `freeze`.
         par: the plant's parameters.
         chan: the transducers' parameters.
         what: a balance with probes, or the supply pressure.
@@ -101,8 +103,9 @@ def lacking(predictor: Predictor, frozen: object, par: Array, chan: Array, what:
     if isinstance(frozen, MeasuredStates):
         made = predictor.through(frozen, what, np.ones((len(residual), 1))).reshape(residual.shape)
         size = np.sum(made**2, axis=1)
-        seen = frozen.present & (size > 0.0)
-        return np.where(seen, -np.sum(residual * made, axis=1) / np.where(seen, size, 1.0), np.nan)
+        shown = frozen.present & (size > 0.0)
+        term = -np.sum(residual * made, axis=1) / np.where(shown, size, 1.0)
+        return np.asarray(np.where(shown, term, np.nan))
     assert isinstance(frozen, Frozen)
     assert isinstance(predictor, Observer)
     drives, feeds = predictor.entry(frozen, what)
@@ -131,10 +134,10 @@ def _largest(observer: Observer, frozen: Frozen, par: Array, what: Balance) -> f
 
 
 def simplest(fit: Fit, term: DiscrepancyTerm) -> Array:
-    """Return the smallest curve that explains what a term explains, in the balance's unit.
+    """Return the smallest curve with the gain of a term, in the balance's unit.
 
-    Part of a curve may be what an ordinary parameter does as well: a constant friction, say. The
-    parameter takes that part.
+    An ordinary parameter may explain a part of the curve, such as constant friction. This part is
+    left to the parameter.
     """
     project = Projection(fit)
     columns = np.column_stack([project(c) for c in term.columns.T])
@@ -144,10 +147,10 @@ def simplest(fit: Fit, term: DiscrepancyTerm) -> Array:
     return np.asarray(-vectors[:, keep] @ (gradient / values[keep]) * term.balance.scale)
 
 
-def beside(fit: Fit, term: DiscrepancyTerm) -> Fit:
-    """Return a fit with its parameters moved to where they go when a term joins them.
+def with_term(fit: Fit, term: DiscrepancyTerm) -> Fit:
+    """Return a fit whose parameters have the values of a joint fit with a term.
 
-    Without the term they have taken over part of it: what a balance lacks then shows too little.
+    Without the term the parameters explain a part of it, and its map would be too small.
     """
     weights = prior_rows(fit.coordinates)
     normal = fit.jacobian.T @ fit.jacobian + np.diag(weights**2)
@@ -161,29 +164,29 @@ def draw(
     predictor: Predictor, before: Fit, after: Fit, term: DiscrepancyTerm,
     experiments: Sequence[Experiment], jobs: int = 1,
 ) -> Map:  # fmt: skip
-    """Return what a term's balance lacks over its regressor, with both models.
+    """Return the map of a term with two models.
 
     Args:
-        predictor: sees the experiments.
-        before: the model without what was found, its other parameters where they belong.
+        predictor: of the experiments.
+        before: the final model without the named effects.
         after: the final model.
         term: balance and regressor.
-        experiments: the first of them are drawn.
+        experiments: the first ones are drawn.
         jobs: threads; each takes one experiment at a time.
 
     """
     chosen = _first(experiments)
     wanted = [(fit, experiment) for fit in (before, after) for experiment in chosen]
-    found = list(side_by_side(lambda one: _along(predictor, *one, term), wanted, jobs))
+    values = list(side_by_side(lambda one: _along(predictor, *one, term), wanted, jobs))
     old, new = (
         (np.concatenate([value for value, _ in part]), np.concatenate([left for _, left in part]))
-        for part in (found[: len(chosen)], found[len(chosen) :])
+        for part in (values[: len(chosen)], values[len(chosen) :])
     )
     return _map(term, chosen[0].period, old, new)
 
 
 def _first(experiments: Sequence[Experiment]) -> list[Experiment]:
-    """Return the first experiments, as many as a map takes."""
+    """Return the first experiments, up to the samples of a map."""
     ends = np.cumsum([e.samples for e in experiments])
     return [
         e for e, end in zip(experiments, ends, strict=True) if end <= max(MAPPED_SAMPLES, ends[0])
@@ -221,7 +224,7 @@ def _map(
 
 
 def _loop(regressor: Array, residual: Array, edges: Array) -> float:
-    """Return the width of the loop of a residual over its regressor, over its size."""
+    """Return the width of the loop of a residual over its regressor, relative to its size."""
     rising = np.gradient(regressor) > 0.0
     up, down = (_binned(regressor[m], residual[m], edges).middle for m in (rising, ~rising))
     both = np.isfinite(up) & np.isfinite(down)
@@ -233,12 +236,12 @@ def _loop(regressor: Array, residual: Array, edges: Array) -> float:
 
 def _binned(regressor: Array, residual: Array, edges: Array) -> Binned:
     inside = np.digitize(regressor, edges) - 1
-    found = np.full((3, BINS), np.nan)
+    quantiles = np.full((3, BINS), np.nan)
     for b in range(BINS):
         here = residual[(inside == b) & np.isfinite(residual)]
         if len(here) >= FEWEST_IN_BIN:
-            found[:, b] = np.quantile(here, (0.5, 0.16, 0.84))
-    return Binned(*found)
+            quantiles[:, b] = np.quantile(here, (0.5, 0.16, 0.84))
+    return Binned(*quantiles)
 
 
 def _spectrum(residual: Array, period: float) -> tuple[Array, Array]:

@@ -1,5 +1,6 @@
 """A fit: parameters that were fitted together, and what is known of them."""
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
@@ -33,6 +34,8 @@ class Fit:
         effective: number of independent values among the residuals; None for all of them.
         settled: whether no step by this Jacobian leads further.
         further: covariance of the coordinates beyond that of noise; None for none.
+        frozen: where the gains were computed that it was made with; None if unknown.
+        deviance: there, see `Fitter.deviance`.
 
     """
 
@@ -44,6 +47,8 @@ class Fit:
     effective: float | None = None
     settled: bool = False
     further: Array | None = None
+    frozen: Array | None = None
+    deviance: float = math.nan
 
     @property
     def sample_size(self) -> float:
@@ -57,7 +62,7 @@ class Fit:
         further = None if self.further is None else self.further[np.ix_(kept, kept)]
         return replace(
             self, coordinates=free, at=self.at[kept], jacobian=self.jacobian[:, kept],
-            further=further,
+            further=further, frozen=None, deviance=math.nan,
         )  # fmt: skip
 
     def lean(self) -> "Fit":

@@ -133,6 +133,15 @@ class Fitter:
         """Return the sum of squares of a residual, priors included."""
         return float(residual @ residual + np.sum((prior_rows(coordinates) * at) ** 2))
 
+    def deviance(self, coordinates: Sequence[Coordinate], at: Array) -> float:
+        """Return -2 log posterior density where the experiments were frozen, up to a constant.
+
+        It compares points each with its own gains; chi-square alone those with the same gains. NaN
+        where the covariance of the innovations does not depend on the point.
+        """
+        residual = self.residual(coordinates, at)
+        return self.loss(coordinates, at, residual) + self.batch.log_determinant()
+
     def cost(self, coordinates: Sequence[Coordinate], at: Array) -> float:
         """Return how much longer a residual takes at a point than usually."""
         return self.predictor.cost(self._memory(coordinates, at)[0])

@@ -1,7 +1,8 @@
 """Quantities to vary so that similar effects can be distinguished.
 
-A law that depends on a quantity parts from a law that does not. This serves benches that the model
-cannot drive: friction rigs, test machines, valve benches. Otherwise see `next_experiment`.
+A law that depends on a quantity differs from a law that does not, if the quantity is varied. This
+serves benches that the model cannot drive: friction rigs, test machines, valve benches. Otherwise
+see `next_experiment`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,6 +27,17 @@ VARIED: dict[str, tuple[str, ...]] = {
 LAST_RESORT: dict[str, tuple[str, ...]] = {"at another oil temperature": ("viscosity",)}
 """The same, if no other quantity distinguishes the effects."""
 
+OTHERWISE = "with larger and smaller, quicker and slower motions"
+"""The same for effects that depend on no such quantity."""
+
+
+def variation(effects: Sequence[Effect]) -> str:
+    """Return an instruction for a record that varies the quantities on which effects depend."""
+    for varied in (VARIED, LAST_RESORT):
+        if ways := [way for effect in effects for way in _looked_at(effect, varied)]:
+            return " and ".join(dict.fromkeys(ways))
+    return OTHERWISE
+
 
 def contrast(one: Effect, others: Sequence[Effect]) -> str:
     """Return an instruction for a record that distinguishes an effect from others."""
@@ -38,10 +50,10 @@ def contrast(one: Effect, others: Sequence[Effect]) -> str:
         ways = ways or [way for other in theirs for way in (*mine, *other)]
         if ways:
             return " and ".join(dict.fromkeys(ways))
-    return "with larger and smaller, quicker and slower motions"
+    return OTHERWISE
 
 
 def _looked_at(effect: Effect, varied: Mapping[str, tuple[str, ...]]) -> list[str]:
-    """Return how to vary the quantities that the laws of an effect depend on."""
+    """Return instructions that vary the quantities on which the laws of an effect depend."""
     arguments = {a for law in effect.laws for a in law.arguments if isinstance(a, str)}
     return [way for way, names in varied.items() if arguments.intersection(names)]

@@ -61,7 +61,7 @@ class Forecaster:
     Args:
         fitter: with the recorded experiments, its gains frozen at the fitted model.
         observer: the fitter's predictor.
-        explanations: the ones to distinguish, with the same free parameters except their own.
+        explanations: to be distinguished; only the parameters of their effects differ.
 
     Attributes:
         fitter: as given.
@@ -95,7 +95,7 @@ class Forecaster:
 
     def separability_of(self, truth: Explanation, target: Target, seed: int = 0) -> float:
         """Return the same if one explanation is the truth."""
-        fitter = seen(self._observer, self.simulated(truth, target, seed), truth)
+        fitter = recorded(self._observer, self.simulated(truth, target, seed), truth)
         expected = fitter.residual(truth.coordinates, truth.at)
         rivals = [r for r in self.explanations if r is not truth]
         return min(bent(self._now[truth.name, r.name], fitter, r, expected) for r in rivals)
@@ -105,7 +105,7 @@ class Forecaster:
 
         The old data are represented by their information around each explanation's fit.
         """
-        more = seen(self._observer, self.simulated(truth, target, seed), truth)
+        more = recorded(self._observer, self.simulated(truth, target, seed), truth)
         left = {}
         for e in self.explanations:
             information = self._now[e.name, e.name].copy()
@@ -139,7 +139,7 @@ class Forecaster:
         )
 
 
-def seen(observer: Observer, experiment: Experiment, truth: Explanation) -> Fitter:
+def recorded(observer: Observer, experiment: Experiment, truth: Explanation) -> Fitter:
     """Return a fitter with one recording, its gains and weights at the true explanation."""
     fitter = Fitter(observer, [experiment])
     fitter.freeze(truth.coordinates, truth.at)

@@ -87,8 +87,7 @@ class NextExperiment:
         first, *rest = self.members
         alike = f"{first} and {', '.join(rest)} look alike here (separability {self.now:.0f})"
         if self.now >= SEPARATED:
-            exact = "neither" if len(rest) == 1 else "none of them"
-            alike = f"{' or '.join(self.members)}: the law is exactly that of {exact}"
+            alike = f"the machine's law is not exactly that of {' or '.join(self.members)}"
         b = self.best
         size = show(float(f"{b.amplitude:.3g}"), "m", "mm")
         if b.merit < SEPARATED:
@@ -104,7 +103,7 @@ class NextExperiment:
 
 def recommend(
     searcher: Searcher, search: Search, named: str, group: Sequence[str],
-    tell: Callable[[str], None] = lambda _: None,
+    report: Callable[[str], None] = lambda _: None,
 ) -> NextExperiment | None:  # fmt: skip
     """Return the experiment that would separate a named effect from its group.
 
@@ -113,7 +112,7 @@ def recommend(
         search: finished, its model fitted.
         named: the effect.
         group: the effects that are not distinguished from it, the nearest first.
-        tell: takes progress in words.
+        report: receives progress as text.
 
     Returns:
         None without a forecast: no valve drives the rod, there is no fit, or the user interrupts
@@ -127,13 +126,13 @@ def recommend(
         return None
     if named not in [c.name for c in final.coordinates]:
         return None
-    tell(f"looking for an experiment that separates {named} from {', '.join(group)}")
+    report(f"looking for an experiment that separates {named} from {', '.join(group)}")
     try:
         searcher.fitter.freeze(final.coordinates, final.at)
         alike = explanations(searcher.fitter, search, named, group)
         return _planned(searcher.fitter, predictor, alike)
     except KeyboardInterrupt:
-        tell("interrupted: no experiment is recommended")
+        report("interrupted: no experiment is recommended")
         return None
 
 

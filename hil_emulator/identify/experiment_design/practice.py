@@ -1,6 +1,6 @@
 """Practice: experiments from a simulated machine with hidden effects.
 
-The machine is the emulator's own model. Its ordinary parameters deviate from the configuration as
+The machine is the emulator's model. Its ordinary parameters deviate from the configuration as
 those of real machines do, the valve's null drifts, the supply ripples, and instruments have white
 and coloured noise.
 """

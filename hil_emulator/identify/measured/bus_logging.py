@@ -8,7 +8,7 @@ FRAMES = "CAN_DataFrame"
 IDENTIFIER, EXTENDED, LENGTH, CHANNEL, REMOTE, DATA = (
     f"{FRAMES}.{name}" for name in ("ID", "IDE", "DataLength", "BusChannel", "RTR", "DataBytes")
 )
-"""Members of it; that of the data is followed by a number for each byte."""
+"""Members of the structure; the name of the data is followed by a number for each byte."""
 
 
 def holds_frames(table: LogTable) -> bool:

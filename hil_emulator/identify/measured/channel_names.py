@@ -1,4 +1,4 @@
-"""Which channel a column is, by what people call it."""
+"""Usual names of channels in the columns of logs."""
 
 import difflib
 import re
@@ -19,14 +19,14 @@ KNOWN = {TIME: "s", SET_POINT: "A", **UNITS}
 _BETWEEN = re.compile(r"[\s_.\-]+")
 
 _SHORT = {"pa": "pressure_a", "pb": "pressure_b", "ps": "supply_pressure"}
-"""Usual symbols, without what stands between their letters."""
+"""Usual symbols, without characters between their letters."""
 
 _PLAIN = {_BETWEEN.sub("", name): name for name in KNOWN} | _SHORT
 """Channels by their names without underscores."""
 
 
 def fits(channel: str, unit: str) -> bool:
-    """Return whether a unit is one of a channel's dimension."""
+    """Return whether a unit has the dimension of a channel."""
     try:
         scale_and_offset(KNOWN[channel], unit)
     except Exception:  # pint answers a wrong or unknown unit with many kinds of exception
@@ -40,7 +40,7 @@ def channel_columns(
     """Return columns by their channels' names, with the units that are stated for them.
 
     `Pressure A`, `pressureA`, `PRESSURE-A`, `p_A` and `pressure_a_bar` are `pressure_a`, unless
-    another column is called exactly so.
+    another column has exactly this name.
 
     Args:
         columns: of a log.
@@ -54,7 +54,7 @@ def channel_columns(
 
 
 def near(names: Sequence[str], missing: Sequence[str]) -> dict[str, str]:
-    """Return the channel that is most like a name, by name, of channels that are missing."""
+    """Return the missing channel with the most similar name, by the name of a column."""
     plain = {_plain(name): name for name in missing if name != TIME}
     return {
         name: plain[alike[0]] for name in names
@@ -75,7 +75,7 @@ def _stated(column: LogColumn, names: Mapping[str, str], units: Mapping[str, str
 
 
 def _alike(column: LogColumn, taken: set[str]) -> LogColumn:
-    """Return a column under the name of the channel that its own name resembles, if any."""
+    """Return a column, renamed to the channel whose name it resembles, if there is one."""
     head, _, end = column.name.rpartition("_")
     short = _PLAIN.get(_plain(head), "")
     if short and short not in taken and column.unit is None and fits(short, end):

@@ -1,4 +1,4 @@
-"""From recordings to experiments: one time grid, and an account of what was wrong with it."""
+"""From recordings to experiments on a uniform time grid, with notes on faults of the data."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,16 +14,16 @@ from hil_emulator.identify.measured.reading import MeasuredFile, read
 from hil_emulator.identify.measured.stated import Stated
 
 DEAD = 1e-9
-"""Change of a channel over its span below which it shows nothing."""
+"""Range of a dead channel's readings relative to its span."""
 
 AS_LARGE_AS_THE_MACHINE = ("position", "load_force")
-"""Channels of which only the configuration can tell how far they may reach."""
+"""Channels whose range depends on the machine."""
 
 SATURATED = 0.05
-"""Part of the samples at one extreme value that looks like a saturated channel."""
+"""Share of samples at an extreme value that indicates saturation."""
 
 AT_SPEED = 3.0
-"""Step onto an extreme over the smallest step of a channel that cuts it off (assumed)."""
+"""Ratio of the step to an extreme and the smallest step of a saturated channel (assumed)."""
 
 PRESSURES = ("pressure_a", "pressure_b", "supply_pressure")
 """Channels that are absolute pressures."""
@@ -31,16 +31,16 @@ PRESSURES = ("pressure_a", "pressure_b", "supply_pressure")
 BAR = 1e5
 
 FEWEST_ABSOLUTE = 0.5 * BAR
-"""Pressure of a tank or a chamber that is rather a gauge pressure [Pa] (assumed)."""
+"""Lowest pressure below which a channel probably holds gauge pressure [Pa] (assumed)."""
 
 LOWEST = 0.02
-"""Part of the readings that shows how low a pressure usually falls (assumed)."""
+"""Quantile of the readings for the lowest usual pressure (assumed)."""
 
 UNCOVERED = 0.1
-"""Part of an experiment in which a channel has no value that is worth a note (assumed)."""
+"""Share of an experiment without values of a channel that gets a note (assumed)."""
 
 IMPLAUSIBLE_SPANS = 3.0
-"""Spans beyond which a reading has hardly the unit that its column states (assumed)."""
+"""Multiple of the span beyond which a unit is probably wrong (assumed)."""
 
 
 def load_experiments(
@@ -50,8 +50,8 @@ def load_experiments(
 
     Args:
         files: tables in a format of `formats`.
-        names: channel by the name that the files have for it, where they differ.
-        headings: names and units of their columns, where the files do not tell.
+        names: channel by the name of its column, where they differ.
+        headings: names and units of the columns of files without a header.
 
     Raises:
         UserError: if a file cannot be used.
@@ -62,7 +62,7 @@ def load_experiments(
 
 
 def experiments(recording: MeasuredFile) -> list[Experiment]:
-    """Bring each experiment of a recording to a uniform grid and report what was found.
+    """Bring each experiment of a recording to a uniform grid and note its faults.
 
     Raises:
         UserError: if there are too few samples, or two clocks.
@@ -91,19 +91,19 @@ def _experiment(recording: MeasuredFile) -> Experiment:
 
 
 def _covered(name: str, values: Array, period: float) -> str:
-    """Return in words where a channel has values, if it has none for long; else ""."""
+    """Return the time in which a channel has values, in words; "" if it has no long gap."""
     rows = np.flatnonzero(np.isfinite(values))
     first, last, end = rows[0] * period, rows[-1] * period, (len(values) - 1) * period
-    said = []
+    gaps = []
     if first > UNCOVERED * end:
-        said.append(f"begins {first:.4g} s after the others")
+        gaps.append(f"begins {first:.4g} s after the others")
     if last < (1.0 - UNCOVERED) * end:
-        said.append(f"has values until {last:.4g} s of {end:.4g} s only")
+        gaps.append(f"has values until {last:.4g} s of {end:.4g} s only")
     steps = np.diff(rows)
     if len(steps) and steps.max() * period > UNCOVERED * end:
         at = int(np.argmax(steps))
-        said.append(f"has no value from {rows[at] * period:.4g} to {rows[at + 1] * period:.4g} s")
-    return f"{name}: {', '.join(said)}; there the other channels decide" if said else ""
+        gaps.append(f"has no value from {rows[at] * period:.4g} to {rows[at + 1] * period:.4g} s")
+    return f"{name}: {', '.join(gaps)}; there the other channels decide" if gaps else ""
 
 
 def _some(names: Sequence[str]) -> str:
@@ -114,7 +114,7 @@ def _some(names: Sequence[str]) -> str:
 def _held(
     current: Array, columns: dict[str, Array], notes: list[str]
 ) -> tuple[Array, dict[str, Array]]:
-    """Return a set point without holes, from its first value on: it holds until the next one."""
+    """Return a set point without gaps, from its first value on: each value holds until the next."""
     good = np.isfinite(current)
     if good.all() or not good.any():
         return (current if good.any() else np.zeros(0)), columns
@@ -130,7 +130,7 @@ def _held(
 
 
 def _inspect(columns: dict[str, Array], notes: list[str]) -> None:
-    """Report dead, stuck and implausible channels; drop the dead ones."""
+    """Note dead, saturated and implausible channels; remove the dead ones."""
     for name in list(columns):
         values = columns[name][np.isfinite(columns[name])]
         if not len(values):
@@ -154,9 +154,9 @@ def _inspect(columns: dict[str, Array], notes: list[str]) -> None:
 
 
 def _cut_off(values: Array, extreme: float) -> float:
-    """Return the share of readings at an extreme that was reached at speed; else 0.
+    """Return the share of readings at an extreme that was reached in a large step; else 0.
 
-    A rod that comes to rest at the end of its motion gets there by the smallest steps there are.
+    A rod that comes to rest approaches its extreme position in the smallest steps of the sensor.
     """
     steps = np.abs(np.diff(values))
     onto = steps[values[1:] == extreme].max(initial=0.0)

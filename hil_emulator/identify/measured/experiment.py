@@ -1,4 +1,4 @@
-"""One experiment on a uniform time grid: what the predictor takes."""
+"""One experiment on a uniform time grid: the input of the predictor."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -13,14 +13,14 @@ Mask = np.ndarray[Any, np.dtype[np.bool_]]
 Index = np.ndarray[Any, np.dtype[np.int64]]
 
 FLOW = "flow_a"
-"""Flow out of the valve's port a, as a bench measures it and no channel of the emulator shows."""
+"""Flow out of the valve's port a; a bench may measure it, the emulator has no such channel."""
 
 FLOWS = (FLOW, "flow_b", "supply_flow", "return_flow", "leakage_line_flow")
-"""Flows that a bench meters: out of the valve's port a, into its port b, through its ports s and t,
-and what leaves by a line of its own."""
+"""Flows that a bench may measure: out of the valve's port a, into its port b, through its ports s
+and t, and through a separate leakage line."""
 
 REFERENCE = "position_reference"
-"""What a closed loop wants the position to be."""
+"""Set point of the position in a closed loop."""
 
 _SHOWN = {channel.name: (channel.unit, channel.span) for channel in CHANNELS}
 _SHOWN |= dict.fromkeys(FLOWS, ("m^3/s", 1e-3)) | {REFERENCE: ("m", 0.08)}
@@ -31,12 +31,12 @@ SPANS = {name: span for name, (_, span) in _SHOWN.items()}
 
 @dataclass(frozen=True)
 class BetweenRows:
-    """What a set point did between the rows of its recording.
+    """Course of a set point between the rows of its recording.
 
     Attributes:
         current: in equal parts of each period, shape (rows, parts) [A].
-        unknown: variance by which its mean over a period may be another one, shape (rows,) [A^2].
-        jumps: whether it jumped within a period, nobody knows when, shape (rows,).
+        unknown: variance of its mean over each period, shape (rows,) [A^2].
+        jumps: whether it jumped within a period, at an unknown time, shape (rows,).
 
     """
 
@@ -50,17 +50,17 @@ class Experiment:
     """Recorded set points and readings.
 
     Attributes:
-        name: where it comes from.
+        name: of its file, and the part of it.
         period: sample period [s].
         current: valve current that acts from each sample to the next [A]; empty if unknown.
-        readings: values by channel, SI, NaN where nothing was recorded.
-        notes: what was found and repaired on the way in.
+        readings: values by channel, SI, NaN where a reading is missing.
+        notes: faults of the data, and repairs.
         digest: digest of the file.
-        set_point_first: whether a current is that at the end of its period, not the beginning.
+        set_point_first: whether a row's current is that at the end of its period, not the start.
         order_assumed: whether the file does not state whether a row's current acted before or after
             its readings.
-        course: what it did in between; None where it was held.
-        copies: experiments that share its noise, itself included; see `copies`.
+        course: of the current between the rows; None if it was held.
+        copies: number of experiments with the same noise, itself included; see `shared_noise`.
 
     """
 
@@ -82,7 +82,7 @@ class Experiment:
 
     @property
     def currents(self) -> BetweenRows:
-        """The current in every part of a period: one part where it was held."""
+        """The current in every part of a period: a single part if it was held."""
         rows = len(self.current)
         held = BetweenRows(self.current[:, None], np.zeros(rows), np.zeros(rows, np.bool_))
         return self.course or held
@@ -96,8 +96,8 @@ class Experiment:
 def noise_of(values: Array) -> float:
     """Return the standard deviation of white noise on a smooth signal, from sixth differences.
 
-    The median deviates little where the signal is rough for a short time. A sixth difference of
-    white noise has 924 times its variance, and takes away what moves below a tenth of the rate.
+    A short rough part of the signal hardly changes the median. The sixth difference has 924 times
+    the variance of white noise, and removes frequencies below a tenth of the sample rate.
     """
     finite = values[np.isfinite(values)]
     if len(finite) < 16:

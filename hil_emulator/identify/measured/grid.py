@@ -1,4 +1,4 @@
-"""Channels of any sampling on one uniform time grid."""
+"""Resampling of all channels to one uniform time grid."""
 
 from collections.abc import Mapping
 
@@ -10,44 +10,44 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.measured.reading import Series
 
 FEWEST_SAMPLES = 50
-"""Samples below which nothing can be said (assumed)."""
+"""Smallest number of samples of an experiment (assumed)."""
 
 FASTEST = 1e-3
-"""Sample period that no grid goes below [s]: faster data are averaged."""
+"""Shortest period of a grid [s]; faster data are averaged."""
 
 IRREGULAR = 0.02
-"""Relative deviation of a step from the period that calls for resampling."""
+"""Relative deviation of a step from the period from which data are resampled."""
 
 GAP = 5.0
-"""Periods without a sample that make a gap: nothing is interpolated there."""
+"""Number of periods without a sample that make a gap, where values are not interpolated."""
 
 SLOWER = 1.5
-"""Periods of the grid beyond which a channel counts as sampled more slowly than others."""
+"""Ratio of a slower channel's sample period and that of the grid."""
 
 SPARSEST, MOST_PERIODS = 100.0, 1e6
-"""Periods of a grid for each sample, beyond so many periods in all (assumed)."""
+"""Largest number of periods per sample, if a grid has more than `MOST_PERIODS` (assumed)."""
 
 Columns = dict[str, Array]
 
 
 def ordered(series: Mapping[str, Series], notes: list[str]) -> dict[str, Series]:
-    """Return the samples of each clock in order of time, each time once."""
+    """Return the samples of each clock in the order of time, without repeated times."""
     clocks: dict[int, tuple[Array, np.ndarray]] = {}
-    found = {}
+    sorted_series = {}
     for name, one in series.items():
         if id(one.time) not in clocks:
             clocks[id(one.time)] = _order(one.time, notes)
         time, rows = clocks[id(one.time)]
         values = np.where(np.isfinite(one.values), one.values, np.nan)[rows]
         missing = int(np.sum(~np.isfinite(values)))
-        if missing and name != SET_POINT:  # it holds; `data` says what was missing
+        if missing and name != SET_POINT:  # a set point holds; `data` notes its gaps
             notes.append(f"{name}: {missing} values are missing")
-        found[name] = Series(time, values)
-    return found
+        sorted_series[name] = Series(time, values)
+    return sorted_series
 
 
 def _order(time: Array, notes: list[str]) -> tuple[Array, np.ndarray]:
-    """Return times that grow, and the rows they come from."""
+    """Return increasing times, and their rows."""
     good = np.flatnonzero(np.isfinite(time))
     if len(good) < len(time):
         notes.append(f"{len(time) - len(good)} rows without a time were left out")
@@ -67,7 +67,7 @@ def uniform(name: str, series: Mapping[str, Series], notes: list[str]) -> tuple[
     Args:
         name: of the recording, for messages.
         series: as `ordered` returns them.
-        notes: takes what was done.
+        notes: sentences on resampling are added.
 
     Raises:
         UserError: if there are too few samples, or channels have no time in common.
@@ -95,7 +95,7 @@ def uniform(name: str, series: Mapping[str, Series], notes: list[str]) -> tuple[
 
 
 def _nice(typical: float) -> float:
-    """Return a period as its clock was meant, not below the fastest [s]."""
+    """Return the nominal period, at least `FASTEST` [s]."""
     whole = 1e-4 * max(1.0, round(typical / 1e-4))
     return max(whole if abs(whole / typical - 1.0) < IRREGULAR else typical, FASTEST)
 
@@ -110,7 +110,7 @@ def _overlapping(name: str, series: Mapping[str, Series], base: Array) -> None:
 
 
 def _check_span(name: str, base: Array, period: float) -> None:
-    """Refuse times of which hardly any would have a sample: the grid would need the memory."""
+    """Refuse times with few samples in a long span: the grid would need too much memory."""
     periods = (base[-1] - base[0]) / period
     if not periods <= max(MOST_PERIODS, SPARSEST * len(base)):
         raise UserError(
@@ -120,7 +120,7 @@ def _check_span(name: str, base: Array, period: float) -> None:
 
 
 def _grid(base: Array, period: float, notes: list[str]) -> Array:
-    """Return the base itself where it is regular, else a uniform grid over its span."""
+    """Return regular times as they are, else a uniform grid over their span."""
     steps = np.diff(base)
     gaps = steps > GAP * period
     if gaps.any():
@@ -141,20 +141,22 @@ def _grid(base: Array, period: float, notes: list[str]) -> Array:
 
 
 def _held(series: Series, grid: Array) -> Array:
-    """Return what a set point is at each time: it holds until the next one."""
+    """Return a set point at each time; each value holds until the next."""
     good = np.isfinite(series.values)
     time, values = series.time[good], series.values[good]
     if not len(time):
         return np.full(len(grid), np.nan)
     if len(time) > 1 and np.median(np.diff(time)) < 0.9 * FASTEST:
         period = float(grid[1] - grid[0])
-        return _averaged(time, values, grid + 0.5 * period, period)  # it acts until the next one
+        return _averaged(
+            time, values, grid + 0.5 * period, period
+        )  # a value acts until the next one
     before = np.searchsorted(time, grid + 1e-9, side="right") - 1
     return np.asarray(np.where(before >= 0, values[np.maximum(before, 0)], np.nan))
 
 
 def _placed(name: str, series: Series, grid: Array, period: float, notes: list[str]) -> Array:
-    """Return readings on the grid: as they are, averaged, between samples, or where they fell."""
+    """Return readings on the grid: unchanged, averaged, interpolated, or at the nearest times."""
     if len(series.time) == len(grid) and np.array_equal(series.time, grid):
         return series.values
     good = np.isfinite(series.values)
@@ -165,8 +167,10 @@ def _placed(name: str, series: Series, grid: Array, period: float, notes: list[s
     if typical < 0.9 * FASTEST:
         return _averaged(time, values, grid, period)
     if typical > SLOWER * period:
-        notes.append(f"{name}: a sample every {typical * 1e3:.3g} ms; nothing is put in between")
-        return _where_they_fell(time, values, grid, period)
+        notes.append(
+            f"{name}: a sample every {typical * 1e3:.3g} ms; values between are not interpolated"
+        )
+        return _at_nearest_times(time, values, grid, period)
     return _between(time, values, grid, period)
 
 
@@ -179,7 +183,7 @@ def _averaged(time: Array, values: Array, grid: Array, period: float) -> Array:
     return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))
 
 
-def _where_they_fell(time: Array, values: Array, grid: Array, period: float) -> Array:
+def _at_nearest_times(time: Array, values: Array, grid: Array, period: float) -> Array:
     out = np.full(len(grid), np.nan)
     place = np.round((time - grid[0]) / period).astype(np.int64)
     inside = (place >= 0) & (place < len(grid))

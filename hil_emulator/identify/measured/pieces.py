@@ -1,4 +1,4 @@
-"""A file of several experiments: its time starts again, or its logger paused."""
+"""Files of several experiments: the time starts again, or the logger paused."""
 
 from dataclasses import replace
 
@@ -11,25 +11,25 @@ from hil_emulator.identify.measured.grid import FEWEST_SAMPLES, GAP
 from hil_emulator.identify.measured.reading import MeasuredFile, Series
 
 RESTART_PERIODS = 20.0
-"""Sample periods by which time falls back where a logger was started again; rows that were written
-in the wrong order fall back by fewer (assumed), and to a time that no other row has."""
+"""Number of sample periods by which time falls back when a logger starts again. Rows in the wrong
+order fall back by fewer (assumed), and to a time that no other row has."""
 
 SAME_TIME = 0.25
-"""Periods by which two rows of the same time differ at most (assumed)."""
+"""Largest difference of the times of two simultaneous rows, in periods (assumed)."""
 
 
 LONG_PAUSE = 60.0
-"""Pause that parts experiments in which no set point can get lost [s] (assumed)."""
+"""Length of a pause that separates experiments without a set point [s] (assumed)."""
 
 MOST_STRAYS = 0.1
-"""Share of the rows that may be far from all others; of more the clock is not a clock (assumed)."""
+"""Largest share of rows whose time may be far from all others (assumed)."""
 
 
 def pieces(recording: MeasuredFile) -> list[MeasuredFile]:
     """Return the experiments of a recording, in their order; those too short are left out.
 
-    Channels with clocks of their own stay together: which pieces belong to each other, the file
-    does not say. Only a pause of all of them parts them.
+    A file does not state which pieces of channels with separate clocks belong together. Such
+    channels are divided only at a pause of all clocks.
 
     Raises:
         UserError: if pauses leave no piece that is long enough.
@@ -40,7 +40,7 @@ def pieces(recording: MeasuredFile) -> list[MeasuredFile]:
         return _without_pauses(recording)
     starts = _restarts(_time(recording))
     parts = _split(recording, starts, "time starts again")
-    if len(parts) < len(starts) / 2:  # rows in disorder are put in order later
+    if len(parts) < len(starts) / 2:  # rows in the wrong order; `grid.ordered` sorts them
         parts = [recording]
     return [piece for part in parts for piece in _without_pauses(part)]
 
@@ -60,7 +60,7 @@ def _without_strays(recording: MeasuredFile) -> MeasuredFile:
 
 
 def _without_pauses(recording: MeasuredFile) -> list[MeasuredFile]:
-    """Return what was recorded between pauses: what the set point was in one, nobody knows."""
+    """Return the parts between pauses, during which the set point is unknown."""
     cuts = _cuts(recording)
     if not len(cuts):
         return [recording]
@@ -68,7 +68,7 @@ def _without_pauses(recording: MeasuredFile) -> list[MeasuredFile]:
     if not len(long):
         raise UserError(
             f"{recording.file}{recording.part}: {len(cuts)} times rows are missing, for long or "
-            f"with another set point then; none of the parts has the {FEWEST_SAMPLES} samples "
+            f"with another set point then; no part has the {FEWEST_SAMPLES} samples "
             "that are needed"
         )
     parts = [_kept(recording, cuts, np.array([i])) for i in long]
@@ -87,7 +87,7 @@ def _split(recording: MeasuredFile, starts: list[int], why: str) -> list[Measure
 def _numbered(
     recording: MeasuredFile, parts: list[MeasuredFile], count: int, why: str
 ) -> list[MeasuredFile]:
-    """Return parts by number, with a note in the first on how many there were."""
+    """Return numbered parts; the first has a note on their number."""
     times = "once" if count == 2 else f"{count - 1} times"
     note = f"{why} {times}; each part is an experiment"
     if len(parts) < count:
@@ -116,19 +116,19 @@ def _restarts(time: Array) -> list[int]:
 
 
 def _repeated(time: Array, least: float) -> Mask:
-    """Tell which rows have a time that another row has, too."""
+    """Return whether each row has the time of another row."""
     order = np.argsort(time)
     same = np.diff(time[order]) < least
-    found = np.zeros(len(time), np.bool_)
-    found[order] = np.append(same, False) | np.append(False, same)
-    return found
+    repeated = np.zeros(len(time), np.bool_)
+    repeated[order] = np.append(same, False) | np.append(False, same)
+    return repeated
 
 
 def _cuts(recording: MeasuredFile) -> Array:
-    """Return the times before which rows are missing for so long that experiments part.
+    """Return the times after the gaps that separate experiments.
 
-    The set point got lost where it is another one after a gap, or the gap is as long as an
-    experiment. Without a set point only a long pause parts them.
+    A gap separates them if the set point changed in it, or if it is as long as an experiment.
+    Without a set point only a long pause separates them.
     """
     clocks = _clocks(recording)
     time = np.unique(np.concatenate(clocks))
@@ -150,7 +150,7 @@ def _cuts(recording: MeasuredFile) -> Array:
 
 
 def _period(time: Array) -> float:
-    """Return the usual step of a clock; 0 where it has none."""
+    """Return the usual step of a clock; 0 if time never increases."""
     good = time[np.isfinite(time)]
     steps = np.diff(good)
     forward = steps[steps > 0.0]
@@ -162,13 +162,13 @@ def _clocks(recording: MeasuredFile) -> list[Array]:
 
 
 def _spans(time: Array, cuts: Array) -> Index:
-    """Return between which cuts each time is; -1 for what is no time."""
+    """Return the number of cuts before each time; -1 for NaN."""
     span = np.searchsorted(cuts, time, side="right")
     return np.where(np.isfinite(time), span, -1)
 
 
 def _sizes(clocks: list[Array], cuts: Array) -> Index:
-    """Return how many rows there are between cuts, of the clock that has most."""
+    """Return the number of rows between cuts, of the clock with most rows."""
     spans = [_spans(time, cuts) for time in clocks]
     counts = [np.bincount(span[span >= 0], minlength=len(cuts) + 1) for span in spans]
     return np.asarray(np.max(counts, axis=0))

@@ -24,13 +24,13 @@ from hil_emulator.identify.measured.stated import NOTHING_STATED, Stated
 from hil_emulator.units import factor, scale_and_offset
 
 MODEL_PREFIX = "model."
-"""Columns that the emulator knows of itself and no sensor reports: never read."""
+"""Prefix of the columns that the emulator records of its model; they are not read."""
 
 _USUAL = {"Pa": "bar", "m": "mm", "A": "mA", "m^3/s": "l/min"}
-"""Units in which quantities are usually logged, where that is not the SI unit."""
+"""Usual unit in logs by SI unit, where they differ."""
 
 CLOCK_SLIP = 1e-3
-"""How far two columns of time may drift apart within a recording [s]: one sample at 1 kHz."""
+"""Largest drift between two columns of time in a recording [s]: one sample at 1 kHz."""
 
 _CLOCK = re.compile(r"(^|[ _.-])(time|t|timestamp|clock)([ _.-]|$)", re.IGNORECASE)
 
@@ -45,16 +45,16 @@ class Series:
 
 @dataclass(frozen=True)
 class MeasuredFile:
-    """What a file holds, in SI units.
+    """Content of a file, in SI units.
 
     Attributes:
-        file: where it comes from.
+        file: its path.
         series: by channel, NaN where a value is missing.
         digest: digest of the file.
         set_point_first: see `formats.table.LogTable`.
-        ignored: columns that identification does not know.
-        notes: what was found while reading.
-        part: which of several experiments in the file it is, such as "#2"; "" for the only one.
+        ignored: names of columns that are not used.
+        notes: remarks on the data.
+        part: number of the experiment in the file, such as "#2"; "" for the only one.
 
     """
 
@@ -68,7 +68,7 @@ class MeasuredFile:
 
     @property
     def name(self) -> str:
-        """The file's name, and which part of it this is."""
+        """Name of the file, with the part."""
         return f"{self.file.name}{self.part}"
 
 
@@ -77,8 +77,8 @@ def read(file: Path, stated: Stated = NOTHING_STATED, headings: Sequence[str] = 
 
     Args:
         file: the file.
-        stated: what the user states of it.
-        headings: names and units of its columns, if the file does not tell.
+        stated: statements of the user about it.
+        headings: names and units of the columns of a file without a header.
 
     Raises:
         UserError: if the file is missing, damaged, or without a usable column.
@@ -110,10 +110,10 @@ def recording(
     """Turn a table into channels.
 
     Args:
-        file: where it comes from.
+        file: its path.
         table: its columns.
         digest: of the file.
-        stated: what the user states of it.
+        stated: statements of the user about it.
 
     Raises:
         UserError: if a name, a unit or the time is missing or wrong.
@@ -121,9 +121,9 @@ def recording(
     """
     columns = _named(file, table.columns, stated)
     usable = [c for c in columns if c.name in KNOWN]
-    known = [c.name for c in usable]
-    if len(set(known)) < len(known):
-        twice = sorted({n for n in known if known.count(n) > 1})
+    used = [c.name for c in usable]
+    if len(set(used)) < len(used):
+        twice = sorted({n for n in used if used.count(n) > 1})
         raise UserError(f"{file}: more than one column is called {', '.join(twice)}; keep one")
     si = {c.name: _in_si(file, c) for c in usable}
     common = si.pop(TIME, None)
@@ -193,7 +193,7 @@ def _no_channel(file: Path, columns: Sequence[LogColumn]) -> str:
 
 
 def _near_misses(columns: Sequence[LogColumn]) -> list[str]:
-    """Return which columns that are not used resemble a channel that is missing."""
+    """Return notes on unused columns whose names resemble a missing channel."""
     names = [c.name for c in columns]
     others = [n for n in names if n not in KNOWN and not n.startswith(MODEL_PREFIX)]
     missing = [n for n in KNOWN if n not in names]
@@ -208,30 +208,30 @@ def _listed(columns: Sequence[LogColumn]) -> str:
 
 
 def _other_clocks(file: Path, columns: Sequence[LogColumn], common: Array | None) -> list[str]:
-    """Refuse a second column of time that does not keep step with the first.
+    """Refuse a second column of time that drifts from the first.
 
-    Which channels belong to which clock, the file does not say.
+    A file does not state which channels belong to which clock.
     """
     notes = []
     for column in columns:
-        if column.name in KNOWN or common is None or not _tells_time(column):
+        if column.name in KNOWN or common is None or not _is_time(column):
             continue
-        own = column.values * factor("s", column.unit or "s")
-        good = np.isfinite(own) & np.isfinite(common)
+        time = column.values * factor("s", column.unit or "s")
+        good = np.isfinite(time) & np.isfinite(common)
         if good.sum() < 2:
             continue
-        apart = (own - common)[good]
+        apart = (time - common)[good]
         if np.ptp(apart) > CLOCK_SLIP:
             raise UserError(
                 f'{file}: two clocks: "{column.name}" and "{TIME}" drift apart by '
                 f"{np.ptp(apart) * 1e3:.3g} ms; put all channels on one clock, or keep the "
                 f'channels of one and remove the column "{column.name}"'
             )
-        notes.append(f"{column.name} keeps step with {TIME}, {np.median(apart):.6g} s apart")
+        notes.append(f"{column.name} is {TIME} shifted by {np.median(apart):.6g} s")
     return notes
 
 
-def _tells_time(column: LogColumn) -> bool:
+def _is_time(column: LogColumn) -> bool:
     if not _CLOCK.search(column.name):
         return False
     try:

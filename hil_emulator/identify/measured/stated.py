@@ -1,4 +1,4 @@
-"""What the user states of a log: names, units, what a set point of 100 % or in volts is."""
+"""Statements of the user about a log: names, units, scale of the set point."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -13,13 +13,13 @@ SHARE = "%"
 
 @dataclass(frozen=True)
 class Stated:
-    """What the user states of a log.
+    """Statements of the user about a log.
 
     Attributes:
-        names: channel by the name that the log has for it, where they differ.
-        units: unit by the name that the log has, where the log states none or a wrong one.
-        rated_current: what 100 % or the full scale of a set point is [A].
-        full_scale: what the set point is at the rated current [V].
+        names: channel by the name of its column, where they differ.
+        units: unit by the name of a column, where the log has no unit or a wrong one.
+        rated_current: current at 100 % or full scale of the set point [A].
+        full_scale: set point at the rated current [V].
 
     """
 
@@ -29,7 +29,7 @@ class Stated:
     full_scale: float | None = None
 
     def current(self, column: LogColumn) -> LogColumn:
-        """Return a set point in A, if it is a share of the rated current or a voltage.
+        """Return a set point in A, converted from a share of the rated current or a voltage.
 
         Raises:
             UserError: if the rated current or the full scale is not stated.

@@ -15,6 +15,7 @@ from hil_emulator.identify.reporting.canvas import (
     logarithmic,
     png,
 )
+from hil_emulator.identify.reporting.channel_errors import in_noise
 from hil_emulator.identify.selection.levels import NORMAL_95
 
 LEAST_KNOWN = 0.5
@@ -56,7 +57,7 @@ def gap(result: Result) -> bytes:
 
 
 def _unit(result: Result) -> str:
-    return "sigma of the noise" if "deviation" in result.measure else result.measure
+    return "multiple of the noise" if in_noise(result) else result.measure
 
 
 def _held_out(parts: Mapping[str, Mapping[str, float]]) -> Mapping[str, float]:
@@ -130,7 +131,7 @@ def ladder(result: Result) -> bytes:
         gains = [max(s[part], 1.0) if s[part] is not None else np.nan for s in steps]
         label = "training" if part == "training" else "held out"
         axes.barh(place + shift, gains, 0.34, color=colour, label=label)
-    names = [s["effect"] + (f"\nbeside {s['beside']}" if s["beside"] else "") for s in steps]
+    names = [s["effect"] + (f"\nwith {s['beside']}" if s["beside"] else "") for s in steps]
     axes.set_yticks(place, names, fontsize=9)
     axes.set_xlim(left=1.0)
     logarithmic(axes.xaxis)
@@ -141,7 +142,7 @@ def ladder(result: Result) -> bytes:
 
 def correlations(result: Result) -> bytes:
     """Draw how the fitted parameters depend on each other."""
-    final = result.search.told if result.search else None
+    final = result.search.reported if result.search else None
     assert final is not None
     cov = final.covariance()
     spread = np.sqrt(np.maximum(np.diag(cov), 1e-30))

@@ -1,13 +1,13 @@
 """The result as a layer of configuration that `run` takes after the original files."""
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from hil_emulator.identify.conclusion.findings import Finding, Refitted, rounded
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.measured.experiment import FLOWS
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.reporting.channel_errors import Errors, number, titled
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.model import quantities
 from hil_emulator.units import show
@@ -36,7 +36,7 @@ def layer(result: Result, files: Sequence[Path], date: str) -> str:
         lines += ["", "[model]", f'effects = ["{EFFECT_FILE}"]']
         row = f"{result.added.name} = {{ factor = 1.0 }}   # {result.added.words}"
         tables.setdefault(result.added.table, []).append(row)
-    if result.search is not None and result.search.told is not None:
+    if result.search is not None and result.search.reported is not None:
         for finding in result.effects:
             coordinate = next(c for c in result.search.effects if c.name == finding.name)
             row = _effect(result.search, coordinate, finding)
@@ -59,18 +59,19 @@ def _gaps(result: Result) -> list[str]:
         return []
     free = any("free_before" in v for parts in result.gap.values() for v in parts.values())
     kinds = "one step ahead; free run of 500 ms" if free else "before -> after"
-    lines = [f"# gap, root mean square in {result.measure}: {kinds}"]
+    lines = [f"# gap, root mean square: {kinds}"]
     for channel, parts in result.gap.items():
         for part, values in parts.items():
-            gaps = [_gap(values, k) for k in ("", "free_") if f"{k}before" in values]
-            lines.append(f"# gap {channel}, {part}: {'; '.join(gaps)}")
+            gaps = [_gap(channel, values, k) for k in ("", "free_") if f"{k}before" in values]
+            lines.append(f"# gap {titled(channel)}, {part}: {'; '.join(gaps)}")
     return lines
 
 
-def _gap(values: Mapping[str, float], kind: str) -> str:
-    text = f"{values[f'{kind}before']:.3g} -> {values.get(f'{kind}after', math.nan):.3g}"
-    floor = values.get(f"{kind}floor")
-    return text if floor is None else f"{text} (floor {floor:.3g})"
+def _gap(channel: str, values: Errors, kind: str) -> str:
+    before, after, floor = (
+        number(channel, values, f"{kind}{when}") for when in ("before", "after", "floor")
+    )
+    return f"{before} -> {after or 'unknown'}" + (f" (floor {floor})" if floor else "")
 
 
 def _table(coordinate: Coordinate) -> str:
@@ -88,8 +89,8 @@ def quoted(value: float, unit: str, shown: str) -> str:
 
 def _effect(search: Search, coordinate: Coordinate, finding: Finding) -> str:
     assert coordinate.effect is not None
-    assert search.told is not None
-    at = dict(zip([c.name for c in search.told.coordinates], search.told.at, strict=True))
+    assert search.reported is not None
+    at = dict(zip([c.name for c in search.reported.coordinates], search.reported.at, strict=True))
     law = [f"{finding.knob} = {quoted(finding.value, finding.unit, finding.shown)}"]
     for shape in search.shapes:
         owner, _, name = shape.name.rpartition(".")

@@ -33,7 +33,7 @@ def _wrong(result: Result) -> list[str]:
 
 def _unknown(result: Result) -> list[str]:
     table = "Run the model with a table of it: `hil-emulator run CONFIG identified.toml`."
-    law = "If you know its law, write it as an effect of your own and run `identify` again."
+    law = "If you know its law, write it as an effect file and run `identify` again."
     return [*([table] if result.added else []), law]
 
 

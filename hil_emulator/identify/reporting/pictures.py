@@ -20,7 +20,7 @@ from hil_emulator.identify.reporting.canvas import (
 )
 
 SHOWN_SAMPLES = 2000
-"""Longest stretch of a trace that is drawn."""
+"""Longest drawn stretch of a trace [samples]."""
 
 
 READABLE = 10
@@ -47,8 +47,8 @@ def widest_trace(result: Result) -> str:
 
 def _mean_square(trace: dict[str, Array], when: str) -> float:
     error = trace[f"free_{when}"] if _free(trace) else trace[when]
-    seen = error[np.isfinite(error)]  # of a channel that ended early nothing may be left
-    return float(np.sum((seen / trace["noise"][0]) ** 2)) / max(len(seen), 1) + 1e-12
+    finite = error[np.isfinite(error)]  # empty if the channel ended early
+    return float(np.sum((finite / trace["noise"][0]) ** 2)) / max(len(finite), 1) + 1e-12
 
 
 def _free(trace: dict[str, Array]) -> bool:
@@ -56,7 +56,7 @@ def _free(trace: dict[str, Array]) -> bool:
 
 
 def trace(result: Result, name: str) -> bytes:
-    """Draw measurement and both models where one channel disagrees most, and below the errors."""
+    """Draw measurement, both models and their errors in the stretch with the largest error."""
     t = result.traces[name]
     free = _free(t)
     prefix = "free_" if free else ""

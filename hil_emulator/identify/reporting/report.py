@@ -6,6 +6,7 @@ from typing import Any
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.disagreement.regions import Disagreement, Region
 from hil_emulator.identify.reporting import charts, pictures, report_tables
+from hil_emulator.identify.reporting.channel_errors import brackets
 from hil_emulator.identify.reporting.headline import headline
 from hil_emulator.identify.reporting.next_steps import next_steps
 from hil_emulator.pages.render import render
@@ -13,7 +14,7 @@ from hil_emulator.pages.render import render
 _WORDS = {
     "missing_effects": "Missing", "nothing_missing": "Nothing is missing",
     "unknown_effect": "Something unknown is missing", "cannot_examine": "Cannot be examined",
-    "wrong_value": "A value of the configuration is wrong", "cannot_tell": "Cannot tell",
+    "wrong_value": "A value of the configuration is wrong", "cannot_tell": "The data do not decide",
     "agrees": "Model and measurement agree", "disagrees": "Model and measurement disagree",
 }  # fmt: skip
 
@@ -81,6 +82,7 @@ def _size(result: Result) -> dict[str, Any]:
     """Return the gap by channel, and by region of motion where there are free runs."""
     return {
         "gap": report_tables.gap(result),
+        "brackets": brackets(result),
         "below_floor": report_tables.below_floor(result),
         "gap_chart": charts.gap(result) if len(result.gap) > 1 else b"",
         "motion": report_tables.motion(result) if result.motion else None,
@@ -101,7 +103,7 @@ def _reasons(result: Result) -> dict[str, Any]:
 
 def _model(result: Result) -> dict[str, Any]:
     """Return the ordinary parameters, and the correlations of all fitted parameters."""
-    final = result.search.told if result.search else None
+    final = result.search.reported if result.search else None
     several = result.parameters and final is not None and len(final.coordinates) > 1
     return {
         "parameters": report_tables.parameters(result),

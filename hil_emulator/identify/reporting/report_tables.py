@@ -1,10 +1,10 @@
 """The tables of the page of a result."""
 
 import math
-from collections.abc import Mapping
 
 from hil_emulator.identify.conclusion.findings import rounded
 from hil_emulator.identify.conclusion.result import Result
+from hil_emulator.identify.reporting.channel_errors import cell, number, titled
 from hil_emulator.pages.render import Table
 
 GAINS = ("better fit", "held out")
@@ -53,8 +53,8 @@ def gap(result: Result) -> Table:
     times = tuple(t for t in TIMES if t in keys and (t != "after" or result.effects))
     kinds = ("", "free_") if free else ("",)
     rows: list[tuple[object, ...]] = [
-        (channel.replace("_", " "), _PARTS[part],
-         *(_amount(values, f"{k}{t}") for k in kinds for t in times))
+        (titled(channel), _PARTS[part],
+         *(cell(result, channel, values, f"{k}{t}") for k in kinds for t in times))
         for channel, parts in result.gap.items()
         for part, values in parts.items()
     ]  # fmt: skip
@@ -67,24 +67,19 @@ def gap(result: Result) -> Table:
 _PARTS = {"training": "training", "validation": "held out"}
 
 
-def _amount(values: Mapping[str, float], name: str) -> str:
-    if name not in values:
-        return ""
-    return f"{values[name]:.3g} ({values.get(f'{name}_percent', float('nan')):.3g} %)"
-
-
 def motion(result: Result) -> Table:
-    """Return the free run by region of motion: one row per region, channels side by side."""
+    """Return the free run by region of motion: one row per region, channels side by side.
+
+    Without multiples of the noise, which would make the table wider than the page.
+    """
     times = ("before", "after", "floor") if result.effects else ("before", "floor")
     channels = [c for c in result.motion if c != "supply_pressure"]
     regions = list(dict.fromkeys(r for c in channels for r in result.motion[c]))
     rows: list[tuple[object, ...]] = []
     for region in regions:
-        cells = [result.motion[c].get(region, {}) for c in channels]
-        rows.append(
-            (region, *(f"{e[t]:.3g}" if t in e else "" for e in cells for t in times))
-        )  # fmt: skip
-    groups = (("", 1), *((c.replace("_", " "), len(times)) for c in channels))
+        cells = [number(c, result.motion[c].get(region, {}), t) for c in channels for t in times]
+        rows.append((region, *cells))
+    groups = (("", 1), *((titled(c), len(times)) for c in channels))
     return Table(("region", *(times * len(channels))), rows, groups)
 
 

@@ -150,7 +150,7 @@ def _deviations(search: Search, fit: Fit, name: str) -> tuple[float, float, int]
 
 def _borne(search: Search, fit: Fit, i: int) -> float:
     """Return how much of a coordinate ordinary parameters may bear, where data do not tell."""
-    unsure = fit.coordinates[i].name in search.forms or hardly_believed(fit)
+    unsure = fit.coordinates[i].name in search.forms or implausible_parameters(fit)
     return taken_over(fit, i) if unsure else 0.0
 
 
@@ -178,7 +178,7 @@ def borne_elsewhere(search: Search, fit: Fit) -> list[str]:
         fit: of the model.
 
     """
-    names, far = [c.name for c in fit.coordinates], hardly_believed(fit)
+    names, far = [c.name for c in fit.coordinates], implausible_parameters(fit)
     wide = [c.name for c in search.effects
             if 2.0 * _borne(search, fit, names.index(c.name)) ** 2
             > deviation(search, fit, c.name) ** 2]  # fmt: skip
@@ -240,12 +240,12 @@ def _below_a_free_term(search: Search, found: Round) -> bool:
 
 def _may_be_none(search: Search, found: Round, name: str) -> bool:
     """Tell whether an effect, everything counted, is less sure than a name has to be."""
-    fit = search.told or search.rounds[-1].base
+    fit = search.reported or search.rounds[-1].base
     at = fit.at[[c.name for c in fit.coordinates].index(name)]
     return bool(abs(at) < math.sqrt(found.needed) * deviation(search, fit, name))
 
 
-def hardly_believed(fit: Fit, chance: float = ONE_IN_TWENTY) -> list[str]:
+def implausible_parameters(fit: Fit, chance: float = ONE_IN_TWENTY) -> list[str]:
     """Return the ordinary parameters that are farther off than any is by chance, each in words.
 
     Args:
@@ -269,11 +269,11 @@ def far_off(fit: Fit, chance: float) -> list[tuple[Coordinate, float]]:
     ]  # fmt: skip
 
 
-def disbelief(fit: Fit) -> float:
-    """Return the sum of squares of what ordinary parameters deviate by, in usual deviations."""
+def prior_penalty(fit: Fit) -> float:
+    """Return the part of chi-square from the priors of ordinary parameters."""
     return float(np.sum((prior_rows(fit.coordinates) * fit.at) ** 2))
 
 
 def not_by_chance(fit: Fit) -> list[str]:
     """Return the ordinary parameters that hardly any healthy machine has so far off."""
-    return hardly_believed(fit, FALSE_ALARM)
+    return implausible_parameters(fit, FALSE_ALARM)

@@ -193,8 +193,8 @@ class Search:
                     if r.accepted and r.trials[0].score.coordinate.name == name)  # fmt: skip
 
     @property
-    def told(self) -> Fit | None:
-        """The last fit with the values that are told of it."""
+    def reported(self) -> Fit | None:
+        """The last fit, with the reported values."""
         return self.final if self.settled is None else self.settled.fit
 
     @property

@@ -40,7 +40,7 @@ PASSES = 4
 STAND_IN_ITERATIONS = 6
 """Iterations of a refit in between."""
 
-MOST_TOLD = 2
+MOST_REPORTED = 2
 """Rivals beside which those that explain much of it are not told: a longer list names nothing."""
 
 

@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from hil_emulator.identify.estimation.coarse_search import with_usual
 from hil_emulator.identify.estimation.excerpt import Excerpt, excerpt_of
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, score_terms
@@ -16,6 +17,7 @@ from hil_emulator.identify.estimation.settled import settled
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.observer.predictor import Predictor
 from hil_emulator.identify.prediction.parallel.pool import Batch, Pool
+from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.certainty import apart, faint, not_by_chance, re_examine
 from hil_emulator.identify.selection.discrepancies import Discrepancies
@@ -48,6 +50,9 @@ MOST_EFFECTS = 5
 
 AGAIN = 5
 """Iterations of a fit that begins at one by another noise."""
+
+BETTER_BASES = 3
+"""Most times that a round is repeated from a better fit without any candidate."""
 
 RETURNS = 3
 """Iterations of a fit that goes on without the effect that led there."""
@@ -105,8 +110,12 @@ class Searcher:
             found = self._round(search)
             search.rounds.append(found)
             judge(search, found)
-            if self._led_to_better(search, found):
-                search.rounds[-1] = found = self._round(search)
+            for _ in range(BETTER_BASES):
+                better = self._led_to_better(search, found)
+                if better is None:
+                    break
+                search.rounds[-1] = self._judged_from(search, better)
+                found = search.rounds[-1]
                 judge(search, found)
             if not found.accepted:
                 self._beside_laws(search, found)
@@ -144,33 +153,46 @@ class Searcher:
         return search
 
     def _begin(self) -> Search:
+        self.tell("choosing where the fit begins")
+        candidates = {c.name for c in self.candidates}
+        usual = [c for c in parameters.usual(self.predictor.model) if c.name in candidates]
+        self.nuisances, start = with_usual(self.fitter, self.nuisances, usual)
+        ordinary = {c.name for c in self.nuisances}
+        self.candidates = [c for c in self.candidates if c.name not in ordinary]
         self._search = Search(self.nuisances)
-        self._search.at = np.zeros(len(self.nuisances))
+        self._search.at = start
         return self._search
 
     def _converged(self, search: Search, passes: int = 8) -> Fit:
         """Refit everything in the model, and go on from there."""
-        return search.settle(converge(self.fitter, search.free, search.at, search.effects, passes))
+        fitter, last = self.fitter, search.final
+        return search.settle(converge(fitter, search.free, search.at, search.effects, passes, last))
 
     def _round(self, search: Search) -> Round:
         self.tell(f"refitting {len(search.free)} parameters")
         return self._judged_from(search, self._converged(search))
 
-    def _led_to_better(self, search: Search, found: Round) -> bool:
-        """Go on from a better fit without any candidate, if the best fit with one has led there.
+    def _led_to_better(self, search: Search, found: Round) -> Fit | None:
+        """Return a better fit without any candidate, if the best fit with one has led there.
 
         What ordinary parameters explain elsewhere is no gain of an effect that moved them there.
         """
         ended = min((t.fit for t in found.trials), key=lambda fit: fit.chi2, default=found.base)
         if found.base.chi2 - ended.chi2 < found.needed:
-            return False
-        known = {c.name for c in found.base.coordinates}
-        start = ended.without([c.name for c in ended.coordinates if c.name not in known])
+            return None
+        ordinary = {c.name for c in found.base.coordinates}
+        start = ended.without([c.name for c in ended.coordinates if c.name not in ordinary])
         fit = self.fitter.fit(start.coordinates, start.at, RETURNS, jacobian=start.jacobian)
         if found.base.chi2 - fit.chi2 < found.needed:
-            return False
+            return None
         search.adopt(fit)
-        return True
+        base = self._converged(search)
+        if np.isnan(base.deviance) or base.deviance < found.base.deviance:
+            return base
+        if found.base.frozen is not None:
+            self.fitter.freeze(found.base.coordinates, found.base.frozen)
+        search.settle(found.base)
+        return None
 
     def _beside_laws(self, search: Search, found: Round) -> None:
         """Refit what stands out beside a law that does not fit, and judge the round with it."""

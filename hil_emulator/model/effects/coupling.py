@@ -1,4 +1,4 @@
-"""What lies between the rod and the load: elastic or loose parts.
+"""Elastic or loose parts between the rod and the load.
 
 With any of them on, rod and load are two bodies and the load cell reads the force between them.
 """
@@ -28,7 +28,7 @@ def coupling_compliance(compliance: float) -> float:
 
 
 def _flanks(gap: float, softness: float) -> float:
-    """Compliance of the touching flanks, in series; vanishes with the gap."""
+    """Compliance of the touching flanks, in series; 0 without a gap."""
     return softness * gap
 
 

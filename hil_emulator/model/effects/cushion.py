@@ -1,4 +1,4 @@
-"""Oil that a plunger traps at the ends of the stroke, and that brakes the rod.
+"""Oil that a plunger traps at the ends of the stroke and that brakes the rod.
 
 chamber --- main port            until the plunger enters the bore of the cylinder's end
 chamber --- annular gap --- main port            from there on
@@ -24,11 +24,11 @@ from hil_emulator.model.stages import (
 )
 
 LEAST_WIDTH = 1e5
-"""Least drop, in `gap_flow`'s terms, up to which a gap that is hardly entered is laminar [Pa]
-(assumed: an orifice without any would be infinitely quick at no drop)."""
+"""Smallest pressure drop in `gap_flow` up to which the flow in a short gap is laminar [Pa]
+(assumed: a turbulent orifice has an infinite rate at zero drop)."""
 
 RELEASE = 1e-4
-"""Time in which a pressure that is left goes once the plunger has left its bore [s] (assumed)."""
+"""Decay time of a remaining pressure once the plunger has left its bore [s] (assumed)."""
 
 
 class Plunger(NamedTuple):
@@ -43,7 +43,7 @@ class Plunger(NamedTuple):
 
 
 class Endwards(NamedTuple):
-    """The piston's way to both ends, the oil trapped there, and what the chambers' oil does."""
+    """The piston's distance to both ends, the trapped oil, and the state of the chambers' oil."""
 
     velocity: float
     left_a: float
@@ -60,8 +60,9 @@ class Endwards(NamedTuple):
 def gap_flow(excess: float, left: float, viscosity: float, plunger: Plunger, oil: Oil) -> float:
     """Return the flow out of the trapped oil, through gap and check valve [m³/s].
 
-    dp = 12 mu l q/(pi d c³) + rho/2 (q/(C_d pi d c))², of which the second is the gap's mouth; as
-    dp = q²/K² + 2 √w q/K, solved for q. The check valve opens fully within 5 bar.
+    dp = 12 mu l q/(pi d c³) + rho/2 (q/(C_d pi d c))², with the second term for the mouth of the
+    gap, is written as dp = q²/K² + 2 √w q/K and solved for q. The check valve opens fully within
+    5 bar.
     """
     if left >= plunger.length:
         return 0.0
@@ -80,7 +81,7 @@ def gap_flow(excess: float, left: float, viscosity: float, plunger: Plunger, oil
 def trapped_rate(
     flow: float, left: float, closing: float, area: float, modulus: float, plunger: Plunger
 ) -> float:
-    """Return the rate of the trapped oil's pressure [Pa/s], that of its chamber not yet taken off.
+    """Return the rate of the trapped oil's pressure [Pa/s], not relative to its chamber.
 
     `closing` is the speed towards the end [m/s].
     """
@@ -123,7 +124,7 @@ def _pressure_b(pressure: float, excess_b: float) -> float:
 
 
 def _port_area(area: float, left: float, length: float, share: float) -> float:
-    """Area of the plunger, once it has cut the port off from the rest of the piston."""
+    """Area of the plunger, once it separates the port from the rest of the piston."""
     return area * (1.0 - share) if left < length else area
 
 

@@ -47,8 +47,8 @@ def external_leakage(pressure: float, viscosity: float, conductance: float) -> f
         Param("damping", "s/m", "relative growth of the force with the closing speed",
               2.0, 0.0, 50.0, default=2.0, spread=factor(2.0)),
     ),
-    source="Hunt and Crossley 1975; a configuration that says nothing has stops as stiff as its "
-           "steel is long: k = E A/L, see config.derived",
+    source="Hunt and Crossley 1975; the default stiffness is that of the steel, k = E A/L, see "
+           "config.derived",
     signature="the two ends of the stroke",
     not_modelled="plastic deformation",
 )  # fmt: skip
@@ -59,7 +59,7 @@ def end_stops(
 
     The piston meets its ends.
 
-    Continuous at contact, so that an impact costs the integrator no accuracy.
+    Continuous at contact, so that an impact does not reduce the accuracy of the integrator.
     """
     if position < 0.0:
         return max(0.0, -stiffness * position * (1.0 - damping * velocity))

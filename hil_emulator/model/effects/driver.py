@@ -1,7 +1,7 @@
-"""What the driver of a valve does to its set point: ramp, dead band, spool feedback, dither.
+"""Functions of a valve's driver: ramp, dead-band compensation, spool feedback, dither.
 
-They are parts that a driver or the electronics on board have or lack: `identify` takes those of the
-configuration and looks for no others.
+They are parts of a driver or of on-board electronics: `identify` uses those of the configuration
+and does not search for others.
 """
 
 import math
@@ -55,9 +55,9 @@ def dead_band_compensation(current: float, jump: float, window: float) -> float:
         Param("authority", "A", "largest correction", 1e-3, 1e-5, 1e-2, shown="mA", default=1e-3,
               spread=factor(2.0)),
     ),
-    states=(Quantity("correction", "A", "what the loop adds to the set point"),),
+    states=(Quantity("correction", "A", "correction of the set point by the loop"),),
     source="integral controller on the spool's transducer, as electronics on board have",
-    signature="spool comes to its set point whatever bias, hysteresis or friction do",
+    signature="spool reaches its set point despite bias, hysteresis or friction",
     not_modelled="proportional and derivative parts: the spool's own frequency and damping are of "
                  "the closed loop, as data sheets state them; transducer errors",
 )  # fmt: skip
@@ -86,7 +86,7 @@ def spool_feedback(
     source="dither of an amplifier, or the fundamental of the current's ripple under pulse-width "
            "modulation behind the coil's inductance",
     signature="the spool trembles, and its threshold is dissolved",
-    not_modelled="harmonics of the ripple, and that it falls towards 0 and 100 % of the duty",
+    not_modelled="harmonics of the ripple, and its decrease towards 0 and 100 % duty cycle",
 )  # fmt: skip
 def dither(current: float, phase: float, amplitude: float, frequency: float) -> tuple[float, float]:
     """u = u + a sin(phi),  dphi/dt = 2 pi f.

@@ -52,7 +52,7 @@ def underlap(opening: float, lap: float) -> float:
 
 @effect(
     metering,
-    knob=Param("clearance", "A", "opening that the clearance of each land is worth at null",
+    knob=Param("clearance", "A", "opening equivalent to the clearance of each land at null",
                28e-6, 0.0, 1e-2, shown="uA",
                source="S1 3.5.1: K_p = p_s/u_c = 5.7e11 Pa/A at 160 bar"),
     source="shape: Eryilmaz & Wilson 2006, falling as 1/(z + l) past an overlap z; here l = u_c/2, "
@@ -66,9 +66,9 @@ def land_leakage(opening: float, clearance: float) -> float:
 
     The valve's lands leak while they are closed, the less the more they overlap.
 
-    Laminar flow is as the square of the opening: past an overlap z = -u_i it falls as
-    1/(z + u_c/2), as in an annular gap that gets longer, q = w c³ dp/(12 mu z). By the law of the
-    edges the radial clearance c of that gap is 0.84 of the slot that belongs to u_c.
+    Laminar flow is proportional to the square of the opening: past an overlap z = -u_i it decreases
+    as 1/(z + u_c/2), as in a lengthening annular gap, q = w c³ dp/(12 mu z). By the law of the
+    edges the radial clearance c of this gap is 0.84 of the slot at u_c.
     """
     if opening > 0.0:
         return opening + clearance
@@ -77,7 +77,7 @@ def land_leakage(opening: float, clearance: float) -> float:
 
 @effect(
     metering,
-    knob=Param("passage", "A", "opening at which the passages resist as much as the edge",
+    knob=Param("passage", "A", "opening at which passages and edge have the same resistance",
                0.03, 1e-3, math.inf, shown="mA", off=math.inf),
     source="edge and fixed passage in series: 1/g² = 1/g_1² + 1/g_2²; size assumed",
     signature="flow grows less than the spool at large openings",

@@ -1,8 +1,8 @@
 """The sensing element of a channel: low-pass filters that follow the quantity itself.
 
-They run once per step of the integrator, so that what happens between two ticks is filtered before
-it is sampled. Each is exact for a quantity that is linear within such an interval, whatever its
-time constant: a slow ramp comes out late by the filter's delay, and no filter needs a smaller step.
+They run once per step of the integrator, so that motion between two ticks is filtered before it is
+sampled. Each filter is exact for a quantity that is linear within a step, with any time constant: a
+ramp is delayed by the filter's delay, and no filter needs a smaller step.
 """
 
 import math
@@ -20,8 +20,8 @@ _OUTPUT = Quantity("output", "span", "output of the low-pass")
     states=(_BEFORE, _OUTPUT),
     source="first order: 0.1 to 2 ms in pressure ports and amplifiers, seconds in flow meters; "
     "assumed",
-    signature="the channel trails its quantity",
-    not_modelled="behind an estimator of velocity: the positions lag that it is formed from",
+    signature="the channel lags its quantity",
+    not_modelled="for an estimator of velocity the positions lag, not the velocity",
 )
 def lag(
     quantity: float, interval: float, time_constant: float, before: float, output: float
@@ -44,20 +44,19 @@ def lag(
                off=math.inf),
     states=(_BEFORE, _OUTPUT, Quantity("slope", "span/s", "rate of change of the output")),
     source="Butterworth low-pass of second order ahead of a converter; cut-off assumed",
-    signature="the channel trails, and fast motion is missing from it",
-    not_modelled="behind an estimator of velocity: the positions are filtered that it is formed "
-                 "from",
+    signature="the channel lags, and fast motion is missing from it",
+    not_modelled="for an estimator of velocity the positions are filtered, not the velocity",
 )  # fmt: skip
 def anti_aliasing(
     quantity: float, interval: float, cut_off: float, before: float, output: float, slope: float
 ) -> tuple[float, float, float, float]:
     """d²y/dt² = w² (x - y) - sqrt(2) w dy/dt,  w = 2 pi f_c.
 
-    A filter takes fast motion out of the reading.
+    A filter removes fast motion from the reading.
     """
     if math.isnan(output):
         return quantity, quantity, quantity, 0.0
-    # real and imaginary part of the poles are of one size
+    # real and imaginary part of the poles have the same magnitude
     pole = math.sqrt(2.0) * math.pi * cut_off
     ramp = (quantity - before) / interval
     behind = ramp / pole

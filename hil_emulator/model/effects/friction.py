@@ -1,7 +1,7 @@
 """Friction of the cylinder's seals (S1 eq. 3.18, S2 eq. 6-7).
 
-Dry friction is declared by its level; the balance turns it against the motion, or at rest against
-what pushes: D is its direction, -1 to 1, that of the velocity once the seals slide
+Dry friction is declared by its level; the balance directs it against the motion, or at rest against
+the driving force. D is its direction, -1 to 1; it is that of the velocity once the seals slide
 (`mechanics.friction_force`).
 """
 
@@ -70,7 +70,7 @@ def stribeck_friction(velocity: float, excess: float, stribeck_velocity: float) 
     knob=Param("area", "m^2", "friction force per sum of chamber pressures", 3e-6, 0.0, 0.1,
                shown="mm^2"),
     source="F = f (p_a + p_b) as in Simscape; chosen over forms with two areas because the load "
-           "cell separates their sum alone",
+           "cell shows only their sum",
     signature="hydraulic force minus load cell grows with the sum of the pressures",
     not_modelled="different seals on rod and piston",
 )  # fmt: skip
@@ -179,7 +179,7 @@ def film_lag(
 
     Friction is higher while the rod speeds up than while it slows down.
 
-    The film is still thin then, and still thick afterwards; at steady speed nothing is left of it.
+    The film is still thin then, and still thick afterwards; at steady speed the effect is 0.
     """
     ahead = abs(velocity) - speed
     factor = 1.0 + strength * ahead / (abs(velocity) + speed + friction_transition_velocity)

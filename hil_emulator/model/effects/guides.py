@@ -1,7 +1,7 @@
-"""Dry friction of what guides the load: rails, joints, wipers.
+"""Dry friction of the load's guides: rails, joints, wipers.
 
-Its direction is that of bristles, as for the seals (`mechanics.friction_force`): at rest they hold
-the load as springs, and a force that varies below breakaway does not make it creep.
+Its direction follows bristles, as for the seals (`mechanics.friction_force`): at rest they hold the
+load as springs, and a varying force below breakaway does not make it creep.
 """
 
 import math

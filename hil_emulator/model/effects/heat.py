@@ -1,4 +1,4 @@
-"""The oil's heat: what losses bring in, and what walls and cooler take out."""
+"""The oil's heat balance: losses, walls and cooler."""
 
 import math
 from typing import NamedTuple
@@ -8,7 +8,7 @@ from hil_emulator.model.stages import heat, temperature
 
 
 class Cooling(NamedTuple):
-    """What takes heat out of the oil."""
+    """Parameters of the heat flow out of the oil."""
 
     wall: float
     surroundings: float
@@ -20,7 +20,7 @@ def _warming(
     loss: float, rise: float, volume: float, specific_heat: float, cooling: Cooling,
     oil_temperature: float, oil_density: float,
 ) -> float:  # fmt: skip
-    """Rate of the temperature: what is lost in valve, gaps and pump stays in the oil."""
+    """Rate of the temperature: losses of valve, gaps and pump heat the oil."""
     now = oil_temperature + rise
     taken = cooling.wall * (now - cooling.surroundings)
     taken += cooling.cooler * max(0.0, now - cooling.cooler_on)
@@ -44,8 +44,8 @@ def _warming(
               shown="degC", default=313.15, source="S1 3.3.2: some 40 °C", spread=within(10.0)),
     ),
     states=(Quantity("rise", "K", "temperature over the configured one"),),
-    source="energy balance of an incompressible oil that mixes at once: what valve, gaps, pump and "
-           "relief valve turn into heat (S1 3.2); sizes assumed",
+    source="energy balance of a perfectly mixed, incompressible oil with the losses of valve, "
+           "gaps, pump and relief valve (S1 3.2); sizes assumed",
     signature="damping, leakage and laminar flow drift over minutes with the work that is done",
     not_modelled="different temperatures along the circuit; heat of the metal; friction of the "
                  "seals; a cooler that switches; a shared tank. Each actuator warms its own oil, "

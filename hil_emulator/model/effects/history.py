@@ -1,4 +1,4 @@
-"""The past of a sampled quantity, for laws that look back."""
+"""Past samples of a quantity, for laws with a delay or a window."""
 
 import math
 from typing import Any
@@ -7,14 +7,14 @@ import numpy as np
 from numba.extending import register_jitable
 
 HISTORY = 128
-"""Number of samples a law can look back on."""
+"""Number of past samples that a law can use."""
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
 @register_jitable
 def remember(history: Array, newest: float) -> None:
-    """Put a sample before the earlier ones; the first one has been there for ever."""
+    """Insert a sample before the earlier ones; the first sample also fills the past."""
     if math.isnan(history[0]):
         history[:] = newest
     for i in range(len(history) - 1, 0, -1):
@@ -24,19 +24,19 @@ def remember(history: Array, newest: float) -> None:
 
 @register_jitable
 def sample_of(history: Array, ticks: int) -> float:
-    """Return the sample of so many ticks ago; what is older is forgotten."""
+    """Return the sample of `ticks` ticks ago, or the oldest sample kept."""
     value: float = history[min(ticks, len(history) - 1)]
     return value
 
 
 @register_jitable
 def past(history: Array, newest: float, age: float) -> float:
-    """Remember a sample and return the one of `age` samples ago, linear between samples.
+    """Store a sample and return the value `age` samples ago, linear between samples.
 
     Args:
         history: earlier samples, newest first, shape (HISTORY,); shifted here. NaN before the
             first sample.
-        newest: sample of now.
+        newest: present sample.
         age: at most HISTORY - 1.
 
     """

@@ -1,8 +1,8 @@
-"""Waves in the lines between valve and cylinder, as the first modes of a line of many parts.
+"""Waves in the lines between valve and cylinder, as the first modes of a distributed line.
 
-A line that the valve feeds with a flow and the chamber holds at a pressure swings in the modes
-cos((2n - 1) pi x/(2 l)): quarter of a wave, three quarters, and so on. Each is two states, so a
-line stays an ordinary differential equation, with neither a memory nor a step of its own.
+A line with given flow at the valve and given pressure at the chamber oscillates in the modes
+cos((2n - 1) pi x/(2 l)): a quarter wave, three quarters, and so on. Each mode has two states, so a
+line is an ordinary differential equation without a delay line or a separate step.
 """
 
 import math
@@ -16,8 +16,8 @@ from hil_emulator.model.effects.supply import Line, Oil, form_loss, line_shape
 from hil_emulator.model.stages import cylinder_line_rates, line_a, line_b, line_flow_a, line_flow_b
 
 _MODES = 4
-"""Of each line: a front takes l/(4 c). With two more it would take two thirds of that, and ask for
-steps two thirds as wide."""
+"""Number of modes of each line: a front takes l/(4 c). With six modes it would take two thirds of
+this time, and need steps two thirds as wide."""
 
 _ORDERS = [2 * n + 1 for n in range(_MODES)]
 
@@ -31,8 +31,8 @@ def _window(order: int) -> float:
 
 
 WINDOW_1, WINDOW_2, WINDOW_3, WINDOW_4 = (_window(order) for order in _ORDERS)
-"""Lanczos' factors: without them few modes overshoot a square wave by 18 %, with them by 3 %. So
-attenuate Mäkinen, Piché and Ellman (2000) the modes of a line."""
+"""Lanczos factors: they reduce the overshoot of a square wave with few modes from 18 % to 3 %
+(Mäkinen, Piché and Ellman 2000)."""
 
 
 def _share(order: int) -> float:
@@ -41,13 +41,13 @@ def _share(order: int) -> float:
 
 
 SHARE_1, SHARE_2, SHARE_3, SHARE_4 = (_share(order) for order in _ORDERS)
-"""How strongly each mode and the chamber act on each other: at slow changes of pressure the line
-takes as much oil as there is in it, sum of share² C/(2 window) = C."""
+"""Coupling of each mode with the chamber: at slow changes of pressure the line has its full
+capacity, sum of share² C/(2 window) = C."""
 
 SHARES = SHARE_1 + SHARE_2 + SHARE_3 + SHARE_4
 
 STEADY = sum(s * _window(order) for s, order in zip(_SUMS, _ORDERS, strict=True))
-"""What the modes' shares in the pressure along the line sum to."""
+"""Sum of the modes' shares in the pressure along the line."""
 
 Four = tuple[float, float, float, float]
 
@@ -89,7 +89,7 @@ class PressuresB(NamedTuple):
 
 
 class Pipe(NamedTuple):
-    """A line as every mode sees it: frequency, inertance, capacity, losses."""
+    """Common constants of a line's modes: frequency, inertance, capacity, losses."""
 
     pulsation: float
     """Angular frequency of the quarter wave [rad/s]."""
@@ -100,7 +100,7 @@ class Pipe(NamedTuple):
     laminar: float
     """Resistance of steady laminar flow [Pa s/m³]."""
     steady: float
-    """Resistance of the flow there is, for modes that carry `STEADY` of its loss [Pa s/m³]."""
+    """Resistance at the present flow, corrected for the modes' share `STEADY` [Pa s/m³]."""
     shear: float
     """r √(2 omega/nu) of the quarter wave: √2 times its shear number."""
 
@@ -116,7 +116,7 @@ class Mode(NamedTuple):
 
 
 class Boundary(NamedTuple):
-    """What both ends do to a line."""
+    """Boundary conditions of a line."""
 
     inflow: float
     """From the valve [m³/s]."""
@@ -128,7 +128,7 @@ class Boundary(NamedTuple):
 
 @register_jitable
 def pipe_of(flow: float, line: Line, viscosity: float, oil: Oil) -> Pipe:
-    """Return what the modes of a line have in common while this flow [m³/s] passes it."""
+    """Return the common constants of a line's modes at a flow [m³/s]."""
     nu = oil.oil_kinematic_viscosity * viscosity
     area = 0.25 * math.pi * line.diameter * line.diameter
     pulsation = 0.5 * math.pi * line.wave_speed / line.length
@@ -146,9 +146,9 @@ def mode_rates(mode: Mode, end: Boundary, pipe: Pipe) -> tuple[float, float]:
     """Return the rates of a mode's flow and pressure.
 
     L_n dq_n/dt = p_n + h_n lag - loss,  dp_n/dt = 2 s_n (q - q_n)/C - h_n dp/dt; window s_n, share
-    h_n. The oil's inertia and its losses are those of the mode's frequency (Zielke 1968): its
-    impedance is rho s/A (1 + 2/k + 3/k²), k = r √(s/nu), wherever k is large. What they exceed
-    those of steady flow by acts on the flow over the valve's alone.
+    h_n. The oil's inertia and losses are those at the mode's frequency (Zielke 1968): for large k
+    the impedance is rho s/A (1 + 2/k + 3/k²), k = r √(s/nu). Their excess over steady flow acts
+    only on the difference between the mode's flow and the valve's flow.
     """
     shear = pipe.shear * math.sqrt(mode.order)
     inertia = pipe.inertance * (1.0 + min(1.0 / 3.0, 2.0 / shear))
@@ -181,7 +181,7 @@ def _rates(
     ends: Ends, flows_a: FlowsA, pressures_a: PressuresA, flows_b: FlowsB, pressures_b: PressuresB,
     line: Line, viscosity: float, oil: Oil,
 ) -> tuple[float, ...]:  # fmt: skip
-    """Rates of the modes of both lines; a flow out of chamber b is one back to the valve."""
+    """Rates of the modes of both lines; flow out of chamber b is negative flow from the valve."""
     end_a = Boundary(ends.port_flow_a, ends.chamber_a - ends.block_a, ends.chamber_rate_a)
     end_b = Boundary(-ends.port_flow_b, ends.chamber_b - ends.block_b, ends.chamber_rate_b)
     a_1, a_2, a_3, a_4, a_5, a_6, a_7, a_8 = _line_rates(
@@ -195,7 +195,7 @@ def _rates(
 
 @register_jitable
 def _delivered(inflow: float, flows: Four) -> float:
-    """Return the flow at the chamber's end; what no mode carries passes at once."""
+    """Return the flow at the chamber's end; the part outside the modes passes without delay."""
     q_1, q_2, q_3, q_4 = flows
     carried = SHARE_1 * q_1 + SHARE_2 * q_2 + SHARE_3 * q_3 + SHARE_4 * q_4
     return (1.0 - SHARES) * inflow + carried
@@ -203,7 +203,7 @@ def _delivered(inflow: float, flows: Four) -> float:
 
 @register_jitable
 def _at_valve(pressure: float, chamber: float, pressures: Four) -> float:
-    """Return the pressure at the valve's end [Pa]: that at the chamber's, and that of the modes."""
+    """Return the pressure at the valve's end [Pa]: that of the chamber's end plus the modes."""
     p_1, p_2, p_3, p_4 = pressures
     return max(0.0, pressure + SHARES * (chamber - pressure) + p_1 + p_2 + p_3 + p_4)
 

@@ -1,4 +1,4 @@
-"""Between valve and cylinder: lines, valves that hold the load, relief valves at the chambers."""
+"""Parts between valve and cylinder: lines, load-holding valves, relief valves at the chambers."""
 
 import math
 from typing import NamedTuple
@@ -24,7 +24,7 @@ BLASIUS_REYNOLDS = (64.0 / 0.3164) ** (4.0 / 3.0)
 
 
 class Swings(NamedTuple):
-    """What both lines hold."""
+    """States of both lines."""
 
     flow_a: float
     excess_a: float
@@ -49,7 +49,7 @@ class Ends(NamedTuple):
 
 @register_jitable
 def friction_rise(reynolds: float) -> float:
-    """Return the loss in a smooth pipe over that of laminar flow: 1, or Blasius' where larger."""
+    """Return the loss in a smooth pipe over the laminar loss: 1, or that of Blasius if larger."""
     if reynolds <= BLASIUS_REYNOLDS:
         return 1.0
     root = math.sqrt(reynolds)
@@ -191,7 +191,7 @@ def port_relief_valves(
     source="check valve from the return line to each chamber; characteristic taken as a straight "
            "line, sizes assumed",
     signature="a chamber that the rod empties stays near the return line's pressure",
-    not_modelled="inertia of the valves; they suck all the better the higher the return pressure",
+    not_modelled="inertia of the valves",
 )  # fmt: skip
 def anti_cavitation(
     pressure: float, tank_pressure: float, flow: float, cracking: float, override: float
@@ -204,14 +204,14 @@ def anti_cavitation(
 
 
 class Poppets(NamedTuple):
-    """How far the pilot-operated check valves of both chambers are open."""
+    """Openings of the pilot-operated check valves of both chambers."""
 
     open_a: float
     open_b: float
 
 
 class PilotCheck(NamedTuple):
-    """What makes one open, see `pilot_check_valves`."""
+    """Parameters of a pilot-operated check valve, see `pilot_check_valves`."""
 
     ratio: float
     cracking: float
@@ -220,7 +220,7 @@ class PilotCheck(NamedTuple):
 
 @register_jitable
 def poppet_target(before: float, behind: float, pilot: float, check: PilotCheck) -> float:
-    """Return where a poppet rests: p_v + k max(0, p_x - p_v) against p_c and the spring."""
+    """Return the steady poppet opening: p_v + k max(0, p_x - p_v) against p_c and the spring."""
     push = before + check.ratio * max(0.0, pilot - before) - behind - check.cracking
     return max(0.0, min(1.0, push / check.lift))
 
@@ -229,7 +229,7 @@ def _poppet_rates(
     block_a: float, block_b: float, pressure_a: float, pressure_b: float, poppets: Poppets,
     check: PilotCheck, time_constant: float,
 ) -> tuple[float, float]:  # fmt: skip
-    """Each follows its forces with first order; its pilot is the other chamber's line."""
+    """First-order rates of both poppets; the pilot is the other chamber's line."""
     return (
         (poppet_target(block_a, pressure_a, block_b, check) - poppets.open_a) / time_constant,
         (poppet_target(block_b, pressure_b, block_a, check) - poppets.open_b) / time_constant,
@@ -240,7 +240,7 @@ def _poppet_rates(
     holding,
     knob=Param("ratio", "1", "area of the pilot's piston over that of the seat", 4.0, 0.0, 20.0),
     shape=(
-        Param("chamber", "1", "which is held: 1 a, -1 b, 0 both", 0.0, -1.0, 1.0, default=0.0,
+        Param("chamber", "1", "held chamber: 1 a, -1 b, 0 both", 0.0, -1.0, 1.0, default=0.0,
               spread=SETTING),
         Param("cracking", "Pa", "pressure of the spring", 2e5, 0.0, 20e5, shown="bar", default=2e5,
               spread=factor(1.5)),
@@ -255,7 +255,7 @@ def _poppet_rates(
     ),
     source="forces on seat, spring and pilot piston, which the line's pressure holds back; first "
            "order and sizes assumed",
-    signature="a chamber keeps its pressure whatever the valve does, until its other line is under "
+    signature="a chamber keeps its pressure for any valve opening, until its other line is under "
               "pressure",
     not_modelled="mass of the poppet; leakage over the seat; air in the block",
     also=((holding_rates, _poppet_rates),),
@@ -273,7 +273,7 @@ def pilot_check_valves(
 
 
 def _shut_off_rate(lines_closed: float, shut: float, closing_time: float) -> float:
-    """Its whole way takes the closing time; the last hundredth is approached."""
+    """Full travel takes the closing time; the last 1 % is approached exponentially."""
     return max(-1.0, min(1.0, (lines_closed - shut) / 0.01)) / closing_time
 
 

@@ -1,4 +1,4 @@
-"""What pushes against the load beyond its inertia."""
+"""Forces on the load other than its inertia."""
 
 import math
 from typing import NamedTuple
@@ -83,7 +83,7 @@ def load_spring(position: float, stiffness: float, rest_position: float) -> floa
     source="Hunt and Crossley 1975; a leg that touches ground, or ground that comes up (input "
            "wall_shift)",
     signature="load force rises steeply beyond one position",
-    not_modelled="friction along the wall; a wall that gives way to the load",
+    not_modelled="friction along the wall; a wall that moves under the load",
 )  # fmt: skip
 def wall(
     position: float, velocity: float, wall_shift: float, place: float, stiffness: float,
@@ -108,7 +108,7 @@ def wall(
     ),
     states=(Quantity("phase", "1", "phase in radian"),),
     source="external force profile; other profiles enter through the input external_force",
-    signature="load force at one frequency, whatever the command",
+    signature="load force at one frequency, independent of the command",
 )
 def harmonic_force(phase: float, amplitude: float, frequency: float) -> tuple[float, float]:
     """F = F_0 sin(phi),  dphi/dt = 2 pi f.
@@ -127,7 +127,7 @@ class Triangle(NamedTuple):
 
 
 class Weight(NamedTuple):
-    """What turns with the joint, see `rotary_joint`."""
+    """Mass properties of the joint's load, see `rotary_joint`."""
 
     mass_moment: float
     elevation: float
@@ -139,7 +139,7 @@ def _lever_squared(position: float, triangle: Triangle) -> tuple[float, float]:
     """Return squared lever arm [m²] and its slope along the rod [m], joint in a triangle.
 
     With c = c_0 + x and k = (a² + b² - c²)/2 = a b cos(theta): l = a b sin(theta)/c, so
-    l² = (a² b² - k²)/c². Kept above a tenth of the crank, where the triangle would fold.
+    l² = (a² b² - k²)/c². Limited to at least 10 % of the crank, near the folded triangle.
     """
     a, b = triangle.base_distance, triangle.crank
     c = max(0.1 * b, triangle.retracted_length + position)
@@ -189,7 +189,7 @@ def _inertia(inertia: float) -> float:
 
 
 def _link_length(link_length: float) -> float:
-    """Where the next joint is."""
+    """Distance to the next joint."""
     return link_length
 
 
@@ -218,10 +218,10 @@ def _reflected_mass(position: float, inertia: float, triangle: Triangle) -> floa
               spread=factor(1.5)),
         Param("elevation", "rad", "angle of that centre over the horizontal at x = 0", 0.0,
               -2.0 * math.pi, 2.0 * math.pi, shown="deg", default=0.0, spread=SETTING),
-        Param("sense", "1", "1 where extension adds to this angle, -1 where it takes from it", 1.0,
+        Param("sense", "1", "1 if extension increases this angle, -1 if it decreases it", 1.0,
               -1.0, 1.0, default=1.0, spread=SETTING),
         Param("link_length", "m", "distance to the joint of the actuator that this one carries, "
-              "which is the next on its supply; 0 carries none", 0.35, 0.0, 10.0, shown="mm",
+              "which is the next on its supply; 0 without it", 0.35, 0.0, 10.0, shown="mm",
               default=0.0, source="upper leg; assumed", spread=SETTING),
     ),
     source="Lagrange's equation of one joint driven by a cylinder in a triangle",

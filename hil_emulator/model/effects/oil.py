@@ -15,8 +15,8 @@ from hil_emulator.model.stages import (
 )
 
 LARGEST_GAS_PRESSURE = 1e5
-"""Bound of the gas pressure [Pa] (assumed): mixtures that are soft above it are not stiff, and
-a small value keeps the chamber's state close to its pressure."""
+"""Upper bound of the gas pressure [Pa] (assumed). Mixtures that are soft above it need no smaller
+step, and a small bound keeps the chamber's state close to its pressure."""
 
 
 @effect(
@@ -37,7 +37,7 @@ def viscosity_temperature(
     at_reference = 1e6 * oil_kinematic_viscosity
     level = math.log10(math.log10(at_reference + 0.7))
     level -= slope * math.log10(temperature / REFERENCE_TEMPERATURE)
-    # the equation holds above 0.21 mm²/s; no oil that flows is thinner
+    # the equation holds above 0.21 mm²/s; no hydraulic oil is thinner
     nu: float = max(0.21, 10.0 ** (10.0**level) - 0.7)
     return viscosity * nu / at_reference
 
@@ -140,15 +140,15 @@ def entrained_air(
     There is air in the oil.
 
     From V = V_L exp(-p/E) + V_G (p_0/p)^(1/k) and E' = -V dp/dV, p absolute: oil of constant
-    tangent modulus E, as the balances have it, and a polytropic gas; w is the volume of the gas
-    over that of the oil. V_L (1 - p/E), the other usual form, has a modulus E - p without any air.
-    E' tends to E at high pressure and to k p towards vacuum, so that a pressure cannot become
-    negative. The power is known at a pressure nearby, and followed from there.
+    tangent modulus E, as in the balances, and a polytropic gas; w is the volume of the gas over
+    that of the oil. The other usual form, V_L (1 - p/E), has a modulus E - p without air. E' tends
+    to E at high pressure and to k p towards vacuum, so a pressure cannot become negative. The power
+    is computed from its value at a nearby pressure.
     """
     p = max(pressure, LEAST_GAS_PRESSURE)
     power = 1.0 / polytropic_exponent
     upper, lower = _pade(change, -power), _pade(change, power)
-    # w as a quotient of both, so that one division is enough
+    # w as a quotient, so that one division is sufficient
     upper *= fraction * expansion * _thinning(p * (1.0 / bulk_modulus))
     softest = polytropic_exponent * p
     modulus: float = bulk_modulus * softest * (lower + upper)
@@ -157,8 +157,8 @@ def entrained_air(
 
 @effect(
     oil,
-    knob=Param("compliance", "m^3/Pa", "volume per pressure that hoses and walls of each chamber "
-               "give", 1e-15, 0.0, 1e-13, shown="mm^3/bar"),
+    knob=Param("compliance", "m^3/Pa", "volume per pressure of the hoses and walls of each "
+               "chamber", 1e-15, 0.0, 1e-13, shown="mm^3/bar"),
     source="1/beta_e = 1/beta + C/V, series of springs (Merritt 1967)",
     signature="a capacity that does not change along the stroke; like dead volume",
     not_modelled="creep of rubber hoses",
@@ -175,9 +175,9 @@ def line_compliance(bulk_modulus: float, volume: float, compliance: float) -> fl
     vapour,
     knob=Param("pressure_floor", "Pa", "pressure at which vapour and released air fill the chamber",
                0.6e5, 0.0, 1e5, shown="bar", source="S2: 0.6 bar"),
-    source="S2; what opens at the floor is filled again before the pressure rises",
+    source="S2; the vapour volume is filled again before the pressure rises",
     signature="flat bottom of a chamber's pressure while the rod runs ahead of the flow",
-    not_modelled="growth and collapse of bubbles take no time",
+    not_modelled="time for growth and collapse of bubbles",
 )  # fmt: skip
 def cavitation_floor(pressure: float, pressure_floor: float) -> float:
     """p = max(p, p_v), the volume below p_v counted as vapour.

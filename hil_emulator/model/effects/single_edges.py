@@ -1,19 +1,19 @@
-"""Laps and gains of single edges of the valve, beside those that all four have in common.
+"""Laps and gains of single edges of the valve, in addition to those common to all four.
 
 Data sheets call them P-A, A-T, P-B and B-T; s and t are the valve's ports P and T. The edges s-a
-and b-t open with a positive spool position, s-b and a-t with a negative one. What all four share,
-or two and two, is `overlap`, `underlap`, `null_bias` and `gain_asymmetry`: one edge is what is
-worn, or ground wrong.
+and b-t open with a positive spool position, s-b and a-t with a negative one. `overlap`, `underlap`,
+`null_bias` and `gain_asymmetry` apply to all four edges or to pairs; a single edge differs by wear
+or wrong grinding.
 """
 
 from hil_emulator.model.declare import Param, effect
 from hil_emulator.model.stages import edge_at, edge_bt, edge_sa, edge_sb
 
-_LAND = "S1 Fig. 3.3, of one land: the positions of four edges in sleeve and spool are four sizes"
+_LAND = "S1 Fig. 3.3, for one land: the four edges in sleeve and spool have independent positions"
 _SLOT = "S1 eq. 3.5, a = W u_v, with a gradient W of its own: the port's width"
 _SHOWS = "at reversals one chamber's pressure moves before the other's, and nulls of flow differ"
-_STEEP = "one chamber's flow is off in one direction alone"
-_UNLIKE = "Reynolds number and clearance of the wider slot: its opening counts as larger"
+_STEEP = "one chamber's flow deviates in one direction only"
+_UNLIKE = "Reynolds number and clearance of the wider slot: it is modelled as a larger opening"
 
 
 def _lap(ports: str) -> Param:

@@ -1,7 +1,7 @@
 """Pumps, relief valve, accumulator and the lines to and from the valve.
 
-Without a pump the supply is ideal: whatever flows, the set pressure stays. A pump has a check valve
-at its outlet: what a load pushes back passes the relief valve.
+Without a pump the supply is ideal: the pressure is the set pressure at any flow. A pump has a check
+valve at its outlet, so flow pushed back by a load passes the relief valve.
 """
 
 import math
@@ -107,7 +107,7 @@ def variable_pump(
     shape=(
         Param("widening_pressure", "Pa", "pressure at which the gaps are twice as wide as at rest",
               155.36e5, 10e5, 1e10, shown="bar", default=155.36e5,
-              source="S1 3.2: 99 % at 100 bar with 90 % at 250 bar asks for "
+              source="S1 3.2: 99 % at 100 bar and 90 % at 250 bar require "
                      "(250 bar - 4^(1/3) 100 bar) / (4^(1/3) - 1)", spread=factor(2.0)),
     ),
     source="laminar flow through a gap, w h³ dp/(12 mu l) (Merritt 1967): Wilson's slip dp/mu, its "
@@ -133,14 +133,14 @@ def pump_leakage(
                source="assumed: with the drag, 90 % of pump_leakage's 97 % at 160 bar (S1 Table "
                       "3.1, which names no pressure)"),
     shape=(
-        Param("drag", "Pa", "pressure that the drag of oil at 40 °C in the gaps is worth at the "
+        Param("drag", "Pa", "pressure equivalent to the drag of oil at 40 °C in the gaps at the "
               "shaft's speed", 5.22e5, 0.0, 100e5, shown="bar", default=5.22e5, spread=factor(2.0)),
     ),
     source="torque loss D (C_f p + C_d mu omega) of Wilson's pump (Merritt 1967); both of full "
            "displacement at any stroke",
-    signature="power alone: torque and power of the shaft, and the oil's warmth",
-    not_modelled="friction that changes with pressure, speed or stroke; the seals' own; breakaway; "
-                 "the charge pump",
+    signature="only power: torque and power of the shaft, and the oil's temperature",
+    not_modelled="friction that changes with pressure, speed or stroke; friction of seals; "
+                 "breakaway; the charge pump",
 )  # fmt: skip
 def pump_friction(
     pump_pressure: float, full_flow: float, viscosity: float, coefficient: float, drag: float
@@ -180,7 +180,7 @@ def accumulator(
 
 
 class Line(NamedTuple):
-    """A pipe: knob and shape of each effect that is one."""
+    """A pipe: knob and shape parameters of the line effects."""
 
     length: float
     diameter: float
@@ -189,7 +189,7 @@ class Line(NamedTuple):
 
 
 def line_shape(diameter: float) -> tuple[Param, ...]:
-    """Return the parameters of a line beside its length, with a usual diameter [m]."""
+    """Return the parameters of a line without its length, with a usual diameter [m]."""
     return (
         Param("diameter", "m", "inner diameter", diameter, 1e-3, 0.1, shown="mm", default=diameter,
               spread=factor(1.3)),
@@ -208,7 +208,7 @@ def form_loss(flow: float, area: float, line: Line, density: float) -> float:
 
 
 class Oil(NamedTuple):
-    """What flows in it, at the reference temperature."""
+    """Properties of the oil at the reference temperature."""
 
     oil_density: float
     oil_kinematic_viscosity: float
@@ -266,7 +266,7 @@ def supply_line(excess: float, supply_pressure: float) -> float:
     knob=Param("conductance", "m^3/(s*Pa)", "conductance from s to t", 2.2e-13, 0.0, 1e-9,
                shown="cm^3/(min*bar)", source="public HyQ bench script: 0.28 l/min at 210 bar"),
     source="flow of the pilot stage, taken as proportional to pressure",
-    signature="power alone: supply flow at rest",
+    signature="only power: supply flow at rest",
 )  # fmt: skip
 def pilot_leakage(port_s: float, port_t: float, conductance: float) -> float:
     """q_st = C_p (p_s - p_t).

@@ -1,7 +1,7 @@
-"""From the physical quantity to what a sensor reports: the one chain all channels share.
+"""From the physical quantity to the reading of a sensor: the common chain of all channels.
 
-These laws run once per tick, on what the sensing element (`element`) shows. A `span` unit means the
-unit of the channel; its typical values and bounds are fractions of the channel's span.
+These laws run once per tick, on the output of the sensing element (`element`). The unit `span`
+means the unit of the channel; its typical values and bounds are fractions of the channel's span.
 """
 
 import math
@@ -20,7 +20,7 @@ _INF = math.inf
     states=(Quantity("history", "span", "positions read at the last ticks", length=HISTORY),),
     source="S2 eq. 9-10 with the factor 1/n_s that the printed eq. 10 misses; the mean of "
            "differences is one difference over the window",
-    signature="channel velocity alone: trails by half the window, steps with the resolution",
+    signature="channel velocity only: lags by half the window, steps with the resolution",
     not_modelled="windows longer than 127 ticks",
 )  # fmt: skip
 def velocity_estimator(differenced: float, period: float, window: float, history: Array) -> float:
@@ -41,7 +41,7 @@ def velocity_estimator(differenced: float, period: float, window: float, history
 def crosstalk(reading: float, neighbour: float, span: float, relative: float) -> float:
     """y = x + c s n, n = neighbour over its own span s_n.
 
-    Its neighbour acts on the sensor.
+    A neighbouring quantity acts on the sensor.
     """
     return reading + relative * span * neighbour
 
@@ -93,7 +93,7 @@ def gain_error(reading: float, relative: float) -> float:
 
 @effect(
     transducer,
-    knob=Param("relative", "1", "part of a held load that is added in the end", 0.001, -0.05, 0.05,
+    knob=Param("relative", "1", "final creep relative to a held load", 0.001, -0.05, 0.05,
                shown="%"),
     shape=(
         Param("time_constant", "s", "time constant of the creep", 60.0, 0.1, 1e5, default=60.0,
@@ -199,7 +199,7 @@ def hum(
     transducer,
     knob=Param("sigma", "span", "standard deviation", 0.001, 0.0, 100.0),
     source="S1 3.4.3 for the load cell; sensor data sheets",
-    signature="white, in the channel alone",
+    signature="white, only in this channel",
     not_modelled="its correlation in time",
 )
 def noise(reading: float, normal: float, sigma: float) -> float:

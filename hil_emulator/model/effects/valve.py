@@ -19,14 +19,15 @@ from hil_emulator.model.stages import (
 )
 
 _FLUX_RATE = 5e3
-"""Rate at which the flux follows the coil's current [1/s] (assumed: eddy currents of 0.2 ms). Times
-a step of `identify` it stays below 1.29: from there on the slopes of one classical Runge-Kutta step
-have both signs, and a loop, which takes each of them for a way, loses half its width."""
+"""Rate at which the flux follows the coil's current [1/s] (assumed: eddy currents of 0.2 ms). Its
+product with a step of `identify` is below 1.29. Above, the slopes within one classical Runge-Kutta
+step have both signs, and the loop, which integrates |di/dt|, loses half its width."""
 
 _FASTEST = 2.0
-"""Transitions per 1/_FLUX_RATE that the flux passes at most (assumed: eddy currents saturate, too).
-Twice that, and the side of the loop would turn faster than a step of `identify` can follow: the
-product of both rates and of the step stays below 2.78, where classical Runge-Kutta is stable."""
+"""Largest rate of the flux, in transitions per 1/_FLUX_RATE (assumed: eddy currents saturate, too).
+At twice this rate the side of the loop would change faster than a step of `identify` can follow:
+the
+product of both rates and the step must be below 2.78, where classical Runge-Kutta is stable."""
 
 
 def transport_delay_early_set_point(period: float, time: float, history: Array) -> float:
@@ -35,7 +36,7 @@ def transport_delay_early_set_point(period: float, time: float, history: Array) 
 
 
 def transport_delay_arrival(period: float, time: float) -> float:
-    """Return when the set point arrives that was told a whole number of ticks before this one."""
+    """Return the arrival time of the set point sent a whole number of ticks before this tick."""
     return time - int(time / period) * period
 
 
@@ -118,7 +119,8 @@ def hysteresis(
 
     The torque motor's iron remembers: the valve stands elsewhere after a rising current.
 
-    The flux follows the current as fast as eddy currents let it, so that steps, too, have a rate.
+
+    Eddy currents limit the rate of the flux, so that steps have a finite rate, too.
     """
     farthest = _FASTEST * transition
     change = _FLUX_RATE * max(-farthest, min(farthest, current - flux))
@@ -127,7 +129,7 @@ def hysteresis(
 
 @effect(
     command,
-    knob=Param("bias", "A", "current that the null is off by", 1e-4, -2e-3, 2e-3, shown="mA"),
+    knob=Param("bias", "A", "offset of the null", 1e-4, -2e-3, 2e-3, shown="mA"),
     source="standard servo-valve specification (null bias, up to 3 % of rated current)",
     signature="constant rate of both chamber pressures at zero command",
     not_modelled="ageing",
@@ -214,8 +216,8 @@ def flow_force(
 def threshold(deviation: float, current: float) -> float:
     """e = e - max(-T, min(T, e)): dry friction holds the spool within ±T of its command.
 
-    Dry friction holds the spool: the loop that is the spool's own, where hysteresis is that of the
-    torque motor.
+    Dry friction holds the spool: a loop of the spool, while hysteresis is a loop of the torque
+    motor.
     """
     return deviation - max(-current, min(current, deviation))
 
@@ -242,7 +244,7 @@ def pilot_lag(deviation: float, lagging: float, time_constant: float) -> tuple[f
     spool,
     knob=Param("rate", "A/s", "fastest motion of the spool", 3.6, 1e-3, math.inf, off=math.inf),
     source="S1 3.3.1: 250 Hz at ±25 %, 100 Hz at ±100 %; this one number gives both",
-    signature="large, fast commands only: flow lags and turns triangular",
+    signature="large, fast commands only: flow lags and becomes triangular",
 )
 def spool_rate_limit(spool_speed: float, bandwidth_factor: float, rate: float) -> float:
     """du_v/dt = max(-R, min(R, du_v/dt)).
@@ -258,10 +260,10 @@ def spool_rate_limit(spool_speed: float, bandwidth_factor: float, rate: float) -
         "limit", "A", "largest travel of the spool, as a current", 0.01, 1e-4, math.inf,
         shown="mA", off=math.inf,
     ),
-    source="mechanical stops; a configuration that says nothing has them at the rated current, "
-           "or else at the current at which the driver saturates",
+    source="mechanical stops; by default at the rated current, or else at the current at which the "
+           "driver saturates",
     signature="flat tops of spool position and flow where a large step would overshoot",
-    not_modelled="rebound: the stop takes the spool's whole momentum",
+    not_modelled="rebound: the stop absorbs the spool's whole momentum",
 )  # fmt: skip
 def spool_stops(spool_position: float, limit: float) -> float:
     """u_v = max(-u_max, min(u_max, u_v)), and du_v/dt = 0 once it is there.

@@ -1,6 +1,6 @@
-"""Mutants by service, written from CiA 301 and CiA 305, not from the cases.
+"""Mutants by service, written from CiA 301 and CiA 305, independent of the cases.
 
-Those of the files `clauses_*` were written clause by clause, before the suite was run on them.
+The mutants in `clauses_*` were written clause by clause, before the suite was run on them.
 """
 
 from mutations import (

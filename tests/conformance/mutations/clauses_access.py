@@ -241,7 +241,7 @@ def lss_reserved_bytes(answer: Call, slave: LssSlave, service: int, data: bytes 
 
 @mutant((lss, "_REFUSED"))
 def lss_refusal_without_error(refused: int) -> int:
-    """A node-ID that does not exist is answered with an error: with none."""
+    """A node-ID that does not exist is answered with an error: without an error."""
     return 0
 
 

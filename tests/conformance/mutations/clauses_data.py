@@ -128,7 +128,7 @@ def tpdo_answers_twice(request: Call, tpdo: Tpdo) -> None:
 
 @mutant((Tpdo, "request"))
 def tpdo_event_driven_without_request(request: Call, tpdo: Tpdo) -> None:
-    """Bit 30 of the COB-ID allows remote frames: types 254 and 255 answer none."""
+    """Bit 30 of the COB-ID allows remote frames: types 254 and 255 do not answer them."""
     if tpdo._type < EVENT_MANUFACTURER:
         request(tpdo)
 

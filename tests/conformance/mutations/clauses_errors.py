@@ -31,7 +31,7 @@ def emcy_inhibit_tenfold(
 
 @mutant((Emergency, "changed"))
 def emcy_history_ends_with_clear(changed: Call, emergency: Emergency, entry: Entry) -> None:
-    """Errors after the history was cleared are in it: none is."""
+    """Errors after the history was cleared are in it: they are not."""
     changed(emergency, entry)
     emergency._record = lambda error: None  # type: ignore[method-assign]
 

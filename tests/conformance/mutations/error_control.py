@@ -28,7 +28,7 @@ def heartbeat_shows_one_state(publish: Call, heartbeat: Heartbeat, now_ns: int, 
 
 @mutant((Heartbeat, "publish"))
 def heartbeat_silent(publish: Call, heartbeat: Heartbeat, *given: Any) -> None:
-    """With 0x1017 there are heartbeats: there are none."""
+    """With 0x1017 heartbeats are sent: they are not."""
 
 
 @mutant((Heartbeat, "changed"))
@@ -68,7 +68,7 @@ def consumer_too_patient(reset: Call, consumer: HeartbeatConsumer) -> None:
 
 @mutant((HeartbeatConsumer, "reset"))
 def consumer_watches_on(reset: Call, consumer: HeartbeatConsumer) -> None:
-    """After a reset nobody is watched until 0x1016 says so: those before are."""
+    """After a reset nodes are monitored only after a write of 0x1016: the old ones still are."""
     waiting = dict(vars(consumer))
     reset(consumer)
     consumer._deadlines_ns = waiting.get("_deadlines_ns", {})
@@ -84,12 +84,12 @@ def consumer_watches_twice(
 
 @mutant((NmtSlave, "on_communication_error"))
 def error_behaviour_missing(obey: Call, slave: NmtSlave) -> None:
-    """A lost partner ends OPERATIONAL where 0x1029:01 says so: the node goes on."""
+    """A lost partner ends OPERATIONAL by 0x1029:01: the node stays in OPERATIONAL."""
 
 
 @mutant((NmtSlave, "on_communication_error"))
 def error_behaviour_fixed(obey: Call, slave: NmtSlave) -> None:
-    """After a lost partner the state is what 0x1029:01 says: PRE-OPERATIONAL always."""
+    """The state after a lost partner is that of 0x1029:01: always PRE-OPERATIONAL."""
     if slave.state is State.OPERATIONAL:
         slave.enter(State.PRE_OPERATIONAL)
 

@@ -1,7 +1,7 @@
-"""What a mutant is: our own node, with one sentence of the standard broken.
+"""A mutant: the emulated node with a violation of one sentence of the standard.
 
-A mutant replaces functions, properties or constants of the device. It is a function itself: the
-first argument is what it replaces, its docstring the sentence that no longer holds.
+A mutant replaces functions, properties or constants of the device. It is a function: its first
+argument is the replaced object, its docstring the violated sentence.
 """
 
 from collections.abc import Callable
@@ -21,9 +21,9 @@ class Mutant:
 
     Attributes:
         name: unique.
-        sentence: of the standard, and what the mutant does instead.
-        places: owner and name of all that is replaced.
-        change: called in place of it.
+        sentence: sentence of the standard, and the behaviour of the mutant.
+        places: owner and name of all replaced objects.
+        change: called in their place.
 
     """
 
@@ -33,18 +33,18 @@ class Mutant:
     change: Call
 
     def apply(self, patch: pytest.MonkeyPatch) -> None:
-        """Break the device until the patch is undone."""
+        """Apply the mutation until the patch is undone."""
         patch.setattr(Rpdo, "handler", lambda rpdo, obey, otherwise: otherwise)  # no short cut
         for owner, name in self.places:
             patch.setattr(owner, name, _replaced(owner.__dict__[name], self.change))
 
 
 MUTANTS: dict[str, Mutant] = {}
-"""All of them by name, in the order of the services."""
+"""All mutants by name, in the order of the services."""
 
 
 def mutant(*places: tuple[Any, str]) -> Callable[[Call], Call]:
-    """Make a mutant of a function, which replaces what is at these places."""
+    """Declare a function as a mutant that replaces the objects at these places."""
 
     def declare(change: Call) -> Call:
         name = change.__name__

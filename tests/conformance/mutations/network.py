@@ -21,7 +21,7 @@ SYNC, TIME = 0x080, 0x100
 
 @mutant((SyncConsumer, "accept"))
 def sync_of_any_length(accept: Call, sync: SyncConsumer, data: bytes) -> int:
-    """A SYNC of a length that 0x1019 does not say is no SYNC, and reported (8240): it is one."""
+    """A SYNC with another length than by 0x1019 is ignored and reported (8240): it is accepted."""
     return data[0] if data else 0
 
 
@@ -77,7 +77,7 @@ def sync_counter_from_zero(data: Call, producer: SyncProducer) -> bytes:
 
 @mutant((SyncProducer, "_data"))
 def sync_without_counter(data: Call, producer: SyncProducer) -> bytes:
-    """With 0x1019 SYNC has a counter: it has none."""
+    """With 0x1019 SYNC has a counter: it has no counter."""
     return b""
 
 
@@ -215,7 +215,7 @@ def time_never_produced(due: Call, time: TimeStamp, now_ns: int) -> None:
 
 @mutant((TimeStamp, "due"))
 def time_stands_still(due: Call, time: TimeStamp, now_ns: int) -> Any:
-    """TIME tells the ms since midnight: always the same."""
+    """TIME carries the ms since midnight: always the same value."""
     frame = due(time, now_ns)
     return frame and Frame(frame.can_id, bytes(6))
 
@@ -269,13 +269,13 @@ def restoring_at_once(changed: Call, store: ParameterStore, entry: Entry) -> Non
 
 @mutant((storage, "RANGES"))
 def storing_communication_stores_all(ranges: dict[int, range]) -> dict[int, range]:
-    """Sub-index 2 of 0x1010 and 0x1011 is about communication parameters: about all."""
+    """Sub-index 2 of 0x1010 and 0x1011 applies to communication parameters: to all."""
     return {**ranges, 2: ALL_OBJECTS}
 
 
 @mutant((storage, "RANGES"))
 def storing_application_stores_nothing(ranges: dict[int, range]) -> dict[int, range]:
-    """Sub-index 3 of 0x1010 and 0x1011 is about application parameters: about none."""
+    """Sub-index 3 of 0x1010 and 0x1011 applies to application parameters: to no parameter."""
     return {**ranges, 3: range(0)}
 
 

@@ -47,8 +47,8 @@ def nmt_deaf_to_all(parse: Call, data: bytes, node_id: int) -> Any:
 @mutant(PARSE)
 def nmt_unknown_command_starts(parse: Call, data: bytes, node_id: int) -> Any:
     """Command specifiers are 1, 2, 128, 129 and 130: any other starts the node."""
-    known = not data or data[0] in set(Command)
-    return parse(data if known else bytes([Command.START]) + data[1:], node_id)
+    valid = not data or data[0] in set(Command)
+    return parse(data if valid else bytes([Command.START]) + data[1:], node_id)
 
 
 @mutant((NmtSlave, "request"))
@@ -101,7 +101,7 @@ def nmt_reset_communication_keeps_parameters(
 
 @mutant(PUBLISH)
 def nmt_no_boot_up(publish: Call, node: Node, now_ns: int, measured: Any) -> list[Frame]:
-    """Initialisation ends with the boot-up message: there is none."""
+    """Initialisation ends with the boot-up message: it is not sent."""
     frames = publish(node, now_ns, measured)
     return [f for f in frames if f.can_id < ERROR_CONTROL or f.data != b"\0"]
 

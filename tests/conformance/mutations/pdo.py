@@ -100,7 +100,7 @@ def rpdo_short_dropped_in_silence(receive: Call, rpdo: Rpdo, now_ns: int, data: 
 
 @mutant((Rpdo, "_check_length"))
 def rpdo_long_dropped(check: Call, rpdo: Rpdo, length: int) -> Any:
-    """Of an RPDO that is too long the first bytes are taken: none."""
+    """The first bytes of an RPDO that is too long are used: it is ignored."""
     return check(rpdo, length) and length == rpdo.parameters.mapping.size
 
 
@@ -173,7 +173,7 @@ def tpdo_acyclic_at_once(
 
 @mutant((PdoParameters, "sync_start"))
 def tpdo_sync_start_ignored(sync_start: Call, parameters: PdoParameters) -> int:
-    """The SYNC start value says which SYNC is the first: any is."""
+    """The SYNC start value is the counter of the first SYNC: any SYNC is the first."""
     return 0
 
 
@@ -257,7 +257,7 @@ def pdo_mapped_length_unchecked(resolve: Call, dictionary: Any, word: int, *, re
 
 @mutant((PdoParameters, "load"))
 def pdo_mapped_anew_in_vain(load: Call, parameters: PdoParameters) -> None:
-    """A PDO carries what its mapping says: what it said at first."""
+    """A PDO has its present mapping: it has its first mapping."""
     load(parameters)
     if parameters.mapping.entries:
         parameters.mapping = parameters.__dict__.setdefault("first", parameters.mapping)
@@ -265,7 +265,7 @@ def pdo_mapped_anew_in_vain(load: Call, parameters: PdoParameters) -> None:
 
 @mutant((PdoParameters, "transmission_type"))
 def pdo_type_changed_in_vain(transmission_type: Call, parameters: PdoParameters) -> Any:
-    """A PDO is sent as its transmission type says: as it said at first."""
+    """A PDO is sent by its present transmission type: by its first type."""
     return parameters.__dict__.setdefault("first_type", transmission_type(parameters))
 
 

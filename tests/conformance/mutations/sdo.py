@@ -158,7 +158,7 @@ def sdo_short_data_filled(decode: Call, kind: DataType, data: bytes) -> Any:
 def sdo_expedited_needs_a_size(
     download: Call, server: SdoServer, data: bytes, index: int, subindex: int
 ) -> None:
-    """An expedited download need not say its size: without one it is refused."""
+    """The size of an expedited download is optional: without a size it is refused."""
     if data[0] & 3 == 2:
         raise SdoAbort(AbortCode.UNKNOWN_COMMAND)
     download(server, data, index, subindex)
@@ -198,7 +198,7 @@ def sdo_announced_size_unchecked(check: Call, announced: int | None, length: int
 
 @mutant((SegmentedUpload, "request"))
 def sdo_unused_bytes_unsaid(take: Call, transfer: SegmentedUpload, data: bytes) -> Any:
-    """A segment says how many of its bytes are no data: none are."""
+    """A segment has its number of unused bytes: the number is 0."""
     return [bytes([answer[0] & ~0x0E]) + answer[1:] for answer in take(transfer, data)]
 
 
@@ -236,7 +236,7 @@ def sdo_block_sequence_zero_ignored(take: Call, transfer: BlockDownload, data: b
 
 @mutant((BlockDownload, "_end"))
 def sdo_block_padding_kept(end: Call, transfer: BlockDownload, data: bytes) -> Any:
-    """The end says how many bytes of the last segment are no data: all are taken."""
+    """The end has the number of unused bytes in the last segment: all bytes are used."""
     transfer._size = None
     return end(transfer, bytes([data[0] & ~0x1C]) + data[1:])
 
@@ -256,7 +256,7 @@ def sdo_block_never_repeated(proceed: Call, transfer: BlockUpload, sequence: int
 
 @mutant((BlockUpload, "_block"))
 def sdo_block_size_of_client_ignored(send: Call, transfer: BlockUpload) -> Any:
-    """The client says how many segments a block has: it has 127."""
+    """The client sets the number of segments of a block: it is 127."""
     transfer._block_size = sdo_block.MAX_BLOCK
     return send(transfer)
 

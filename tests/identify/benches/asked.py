@@ -1,4 +1,4 @@
-"""What the command line says of recordings that a test has simulated."""
+"""Output of the command line for recordings that a test has simulated."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -31,13 +31,13 @@ def recorded(file: Path, columns: Mapping[str, ArrayLike]) -> Path:
 def asked(
     command: str, config: Path, learn: Sequence[Path], check: Sequence[Path], out: Path
 ) -> tuple[dict[str, Any], str]:
-    """Return what `gap` or `identify` writes into result.json, and what the terminal shows."""
+    """Return the content of result.json from `gap` or `identify`, and the output."""
     words = [command, str(config), *map(str, learn), f"--out={out}", "--overwrite"]
     done = CliRunner().invoke(main, [*words, *(f"--validate={f}" for f in check)])
     assert done.exit_code in (0, CANNOT_EXAMINE), done.output
-    found = json.loads((out / "result.json").read_text())
-    assert (done.exit_code == CANNOT_EXAMINE) == (found["verdict"] == "cannot_examine")
-    return found, done.output
+    result = json.loads((out / "result.json").read_text())
+    assert (done.exit_code == CANNOT_EXAMINE) == (result["verdict"] == "cannot_examine")
+    return result, done.output
 
 
 def names(result: Mapping[str, Any]) -> list[str]:

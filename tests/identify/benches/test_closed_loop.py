@@ -80,7 +80,7 @@ def looped(file: Path, seed: int, lap: float) -> Path:
 
 
 def free_loop(folder: Path) -> Path:
-    """Return a configuration of a loop whose gain nobody knows."""
+    """Return a configuration of a loop with an unknown gain."""
     free = folder / "free.toml"
     free.write_text(LOOP.read_text().replace('"0.2 A/m"', '"free"'))
     return free
@@ -90,10 +90,10 @@ def free_loop(folder: Path) -> Path:
 def test_a_loop_as_configured_agrees(tmp_path: Path) -> None:
     """The loop's current is known from reference, position and gain."""
     file = looped(tmp_path / "loop.csv", 1, 0.0)
-    found, told = asked("gap", LOOP, [file], [], tmp_path)
-    assert "bench     a closed loop" in told
-    assert "gain 0.2 A/m" in told
-    assert found["verdict"] == "agrees"
+    result, output = asked("gap", LOOP, [file], [], tmp_path)
+    assert "bench     a closed loop" in output
+    assert "gain 0.2 A/m" in output
+    assert result["verdict"] == "agrees"
 
 
 @pytest.mark.parametrize("lap", [0.0, OVERLAP])
@@ -104,27 +104,27 @@ def test_a_gain_follows_from_flow_and_deviation(lap: float) -> None:
     rows = moved(reference, random.normal(0.0, 1e-5, len(reference)), lap)
     readings = {REFERENCE: reference, "position": rows.T[0], "pressure_a": rows.T[1]}
     plant = PlantModel(load([LOOP]), cache_folder()).plant_values
-    found = found_gain([Experiment("loop", PERIOD, np.zeros(0), readings)], plant)
-    assert found == pytest.approx(PROPORTIONAL, rel=0.01)
+    gain = found_gain([Experiment("loop", PERIOD, np.zeros(0), readings)], plant)
+    assert gain == pytest.approx(PROPORTIONAL, rel=0.01)
 
 
 @pytest.mark.full(sibling="test_a_gain_follows_from_flow_and_deviation")
 def test_a_free_gain_is_found(tmp_path: Path) -> None:
-    """Whoever does not know the gain of the loop is told which one fits, and that all agrees."""
+    """`gap` states the gain that fits, and that model and measurement agree with it."""
     file = looped(tmp_path / "loop.csv", 1, 0.0)
-    found, told = asked("gap", free_loop(tmp_path), [file], [], tmp_path)
-    assert found["verdict"] == "agrees"
-    gain = float(told.partition("proportional gain: ")[2].split()[0])
+    result, output = asked("gap", free_loop(tmp_path), [file], [], tmp_path)
+    assert result["verdict"] == "agrees"
+    gain = float(output.partition("proportional gain: ")[2].split()[0])
     assert gain == pytest.approx(PROPORTIONAL, rel=0.01)
 
 
 @pytest.mark.slow
 def test_a_dead_band_is_named(tmp_path: Path) -> None:
-    """An overlap of 0.1 mA is a dead band of 0.5 mm in the loop, whose gain nobody knows."""
+    """An overlap of 0.1 mA is a dead band of 0.5 mm in the loop, whose gain is unknown."""
     files = [looped(tmp_path / f"{i}.csv", i, OVERLAP) for i in range(3)]
-    found, _ = asked("identify", free_loop(tmp_path), files[:2], files[2:], tmp_path)
-    assert names(found) == ["overlap"]
-    assert found["effects"][0]["value"] == pytest.approx(OVERLAP, rel=0.1)
+    result, _ = asked("identify", free_loop(tmp_path), files[:2], files[2:], tmp_path)
+    assert names(result) == ["overlap"]
+    assert result["effects"][0]["value"] == pytest.approx(OVERLAP, rel=0.1)
 
 
 def test_a_loop_without_a_reference_is_refused(tmp_path: Path) -> None:
@@ -132,6 +132,6 @@ def test_a_loop_without_a_reference_is_refused(tmp_path: Path) -> None:
     file = looped(tmp_path / "loop.csv", 1, 0.0)
     text = file.read_text().replace("position_reference [mm]", "wanted [mm]")
     file.write_text(text)
-    found, _ = asked("gap", LOOP, [file], [], tmp_path)
-    assert found["verdict"] == "cannot_examine"
-    assert "lacks position_reference" in found["reason"]
+    result, _ = asked("gap", LOOP, [file], [], tmp_path)
+    assert result["verdict"] == "cannot_examine"
+    assert "lacks position_reference" in result["reason"]

@@ -36,18 +36,18 @@ def carriage(file: Path, kind: int, viscous: float) -> Path:
 
 @pytest.mark.slow
 def test_viscous_friction_of_an_axis_is_named(tmp_path: Path) -> None:
-    """Nothing but a mass was configured; the mass found and the friction named are the true ones.
+    """Only a mass was configured; the estimated mass and the named friction are the true ones.
 
-    The force of a motor acts along the motion: nobody has to reverse a sign.
+    The force of a motor acts along the motion: no sign has to be reversed.
     """
     files = [carriage(tmp_path / f"axis{i}.csv", i, VISCOUS) for i in range(4)]
-    found, told = asked("identify", bench("driven_axis"), files[:2], files[2:], tmp_path)
-    assert "bench     a driven axis" in told
-    assert "reversed" not in told
-    assert names(found) == ["viscous_friction"]
-    low, high = found["effects"][0]["interval"]
+    result, output = asked("identify", bench("driven_axis"), files[:2], files[2:], tmp_path)
+    assert "bench     a driven axis" in output
+    assert "reversed" not in output
+    assert names(result) == ["viscous_friction"]
+    low, high = result["effects"][0]["interval"]
     assert low < VISCOUS < high
-    mass = found["parameters"]["load_mass"]
+    mass = result["parameters"]["load_mass"]
     assert mass["low"] < MASS < mass["high"]
 
 
@@ -56,9 +56,9 @@ def test_viscous_friction_of_an_axis_is_named(tmp_path: Path) -> None:
     [0.02, pytest.param(0.2, marks=pytest.mark.full(sibling="test_fast_motion_gives_the_mass"))],
 )
 def test_fast_motion_gives_the_mass(tmp_path: Path, phase: float) -> None:
-    """Strokes that reverse within 20 ms, position in steps of 1 um, still tell the true mass.
+    """Strokes that reverse within 20 ms, with a position in steps of 1 um, show the true mass.
 
-    It is in its interval, which is half a percent wide. The friction is in its own where the speed
+    It lies in its interval, which is 0.5 % wide. The friction lies in its interval if the speed
     differs for long enough.
     """
     files = []
@@ -73,12 +73,12 @@ def test_fast_motion_gives_the_mass(tmp_path: Path, phase: float) -> None:
             "time [s]": time, "position [mm]": 1e3 * np.round(place / 1e-6) * 1e-6,
             "load_force [N]": force,
         }))  # fmt: skip
-    found, _ = asked("identify", bench("driven_axis"), files, [], tmp_path)
-    mass = found["parameters"]["load_mass"]
+    result, _ = asked("identify", bench("driven_axis"), files, [], tmp_path)
+    mass = result["parameters"]["load_mass"]
     assert mass["low"] < MASS < mass["high"]
     assert mass["high"] - mass["low"] < 0.006 * MASS
-    assert names(found) == (["viscous_friction"] if phase == 0.2 else [])
-    for effect in found["effects"]:
+    assert names(result) == (["viscous_friction"] if phase == 0.2 else [])
+    for effect in result["effects"]:
         low, high = effect["interval"]
         assert low < VISCOUS < high
 
@@ -133,5 +133,5 @@ def test_a_constant_beside_dry_friction_is_named(
 def test_a_carriage_as_configured_agrees(tmp_path: Path) -> None:
     """Of the gap what remains is the noise of the force sensor."""
     files = [carriage(tmp_path / f"axis{i}.csv", i, 0.0) for i in range(2)]
-    found, _ = asked("gap", bench("driven_axis"), files, [], tmp_path)
-    assert found["gap"]["load_force"]["training"]["before"] < 3.0
+    result, _ = asked("gap", bench("driven_axis"), files, [], tmp_path)
+    assert result["gap"]["load_force"]["training"]["before"] < 3.0

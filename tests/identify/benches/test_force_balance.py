@@ -48,19 +48,19 @@ def test_growth_of_friction_with_pressure_is_named(
 ) -> None:
     """The absent chamber needs no channel; what was hidden is named and lies in its interval."""
     files = seals(GROWTH)
-    found, told = asked("identify", bench("force_balance"), files[:2], files[2:], tmp_path)
-    assert "bench     a force balance" in told
-    assert "chamber b absent" in told
-    assert names(found) == ["pressure_friction"]
-    low, high = found["effects"][0]["interval"]
+    result, output = asked("identify", bench("force_balance"), files[:2], files[2:], tmp_path)
+    assert "bench     a force balance" in output
+    assert "chamber b absent" in output
+    assert names(result) == ["pressure_friction"]
+    low, high = result["effects"][0]["interval"]
     assert low < GROWTH < high
-    assert found["gap"]["load_force"]["validation"]["after"] == pytest.approx(1.0, rel=0.15)
+    assert result["gap"]["load_force"]["validation"]["after"] == pytest.approx(1.0, rel=0.15)
 
 
 def test_a_chamber_that_nothing_shows_has_to_be_stated(
     seals: Callable[[float], list[Path]], tmp_path: Path
 ) -> None:
-    """It may be absent or at a constant pressure; either is a line, and the message has both.
+    """The chamber may be absent or at a constant pressure; the message has the line for either.
 
     Three bar behind an annulus of 2 cm^2 take 60 N from the load, and nothing else.
     """
@@ -74,10 +74,10 @@ def test_a_chamber_that_nothing_shows_has_to_be_stated(
     text = bench("force_balance").read_text()
     text = text.replace('piston_area = "5 cm^2"', 'piston_area = "4.8 cm^2"\narea_ratio = 0.41667')
     both.write_text(text.replace('pressure_b = "absent"', ""))
-    refused, told = asked("gap", both, files[:2], files[2:], tmp_path)
+    refused, output = asked("gap", both, files[:2], files[2:], tmp_path)
     assert refused["verdict"] == "cannot_examine"
-    assert 'say pressure_b = "absent" or "3 bar" under [bench]' in told
+    assert 'say pressure_b = "absent" or "3 bar" under [bench]' in output
     both.write_text(text.replace('pressure_b = "absent"', 'pressure_b = "3 bar"'))
-    found, told = asked("gap", both, files[:2], files[2:], tmp_path)
-    assert "chamber b at a constant 3 bar" in told
-    assert found["gap"]["load_force"]["training"]["before"] == pytest.approx(1.0, rel=0.15)
+    result, output = asked("gap", both, files[:2], files[2:], tmp_path)
+    assert "chamber b at a constant 3 bar" in output
+    assert result["gap"]["load_force"]["training"]["before"] == pytest.approx(1.0, rel=0.15)

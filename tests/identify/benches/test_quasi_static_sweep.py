@@ -52,16 +52,16 @@ def test_a_valve_as_configured_agrees(tmp_path: Path) -> None:
     A gain that is 4 % off is no disagreement: it is refitted.
     """
     file = open_valve(tmp_path / "sweep.csv", 6e-3, 1, 0.0)
-    found, told = asked("gap", SWEEP, [file], [], tmp_path)
-    assert "bench     a quasi-static sweep" in told
-    assert found["verdict"] == "agrees"
-    assert found["gap"]["flow_a"]["training"]["before_percent"] < 0.3
-    gain = found["parameters"]["valve_gain"]
+    result, output = asked("gap", SWEEP, [file], [], tmp_path)
+    assert "bench     a quasi-static sweep" in output
+    assert result["verdict"] == "agrees"
+    assert result["gap"]["flow_a"]["training"]["before_percent"] < 0.3
+    gain = result["parameters"]["valve_gain"]
     assert gain["refitted"] == pytest.approx(1.04 * gain["configured"], rel=3e-3)
 
 
 def test_pressures_of_blocked_ports_are_those_at_which_flows_balance(tmp_path: Path) -> None:
-    """Whatever creeps through the edges has filled the ports: within 10 Pa of the closed form."""
+    """Leakage through the edges has filled the ports: within 10 Pa of the closed form."""
     _, current = triangle(400.0, 2.0, 3e-4, 1)
     a, b, _ = blocked_ports(current, 5e-5)
     rows = Experiment("sweep", 0.5, current, {"pressure_a": a, "pressure_b": b})
@@ -75,15 +75,15 @@ def test_pressures_of_blocked_ports_are_those_at_which_flows_balance(tmp_path: P
 
 @pytest.mark.slow
 def test_overlap_is_named_from_an_open_port(tmp_path: Path) -> None:
-    """An overlap of 0.15 mA; `gap` says that the spool disagrees, `identify` by what."""
+    """An overlap of 0.15 mA; `gap` names the spool, `identify` the effect."""
     tops = (8e-3, 4e-3, 6e-3)
     files = [open_valve(tmp_path / f"{i}.csv", t, 1 + i, 1.5e-4) for i, t in enumerate(tops)]
     gap, _ = asked("gap", SWEEP, files[:2], files[2:], tmp_path)
     assert gap["verdict"] == "disagrees"
     assert gap["where"][0]["balance"] == "spool"
-    found, _ = asked("identify", SWEEP, files[:2], files[2:], tmp_path)
-    assert names(found) == ["overlap"]
-    low, high = found["effects"][0]["interval"]
+    result, _ = asked("identify", SWEEP, files[:2], files[2:], tmp_path)
+    assert names(result) == ["overlap"]
+    low, high = result["effects"][0]["interval"]
     assert low < 1.5e-4 < high
 
 
@@ -92,9 +92,9 @@ def test_underlap_is_named_from_blocked_ports(tmp_path: Path) -> None:
     """The pressures of blocked ports are solved for, and fall where both edges are open."""
     tops = (3e-4, 2e-4, 2.5e-4)
     files = [blocked_valve(tmp_path / f"{i}.csv", t, 1 + i, 5e-5) for i, t in enumerate(tops)]
-    found, _ = asked("identify", SWEEP, files[:2], files[2:], tmp_path)
-    assert names(found) == ["underlap"]
-    assert found["effects"][0]["value"] == pytest.approx(5e-5, rel=0.01)
+    result, _ = asked("identify", SWEEP, files[:2], files[2:], tmp_path)
+    assert names(result) == ["underlap"]
+    assert result["effects"][0]["value"] == pytest.approx(5e-5, rel=0.01)
 
 
 def at_rest(tmp_path: Path, valve: str, rows: Experiment) -> SweepBench:
@@ -159,6 +159,6 @@ def test_a_sweep_needs_something_to_show(tmp_path: Path) -> None:
     rows = np.loadtxt(file, delimiter=",", skiprows=1)
     heads = file.read_text().splitlines()[0].split(",")
     fewer = recorded(tmp_path / "few.csv", dict(zip(heads[:3], rows.T[:3], strict=True)))
-    found, told = asked("gap", SWEEP, [fewer], [], tmp_path)
-    assert found["verdict"] == "cannot_examine"
-    assert "few.csv has no pressure_a" in told
+    result, output = asked("gap", SWEEP, [fewer], [], tmp_path)
+    assert result["verdict"] == "cannot_examine"
+    assert "few.csv has no pressure_a" in output

@@ -40,13 +40,13 @@ def metered(file: Path, seed: int, lap: float) -> Path:
 def test_overlap_is_named_without_a_cylinder(tmp_path: Path) -> None:
     """Of a valve that is configured alone; `gap` agrees without the overlap, and not with it."""
     sound = metered(tmp_path / "sound.csv", 7, 0.0)
-    fine, told = asked("gap", FLOW, [sound], [], tmp_path)
-    assert "bench     a valve flow bench" in told
+    fine, output = asked("gap", FLOW, [sound], [], tmp_path)
+    assert "bench     a valve flow bench" in output
     assert fine["verdict"] == "agrees"
     files = [metered(tmp_path / f"{i}.csv", i, OVERLAP) for i in range(3)]
     gap, _ = asked("gap", FLOW, files[:2], files[2:], tmp_path)
     assert gap["verdict"] != "agrees"
-    found, _ = asked("identify", FLOW, files[:2], files[2:], tmp_path)
-    assert names(found) == ["overlap"]
-    low, high = found["effects"][0]["interval"]
+    result, _ = asked("identify", FLOW, files[:2], files[2:], tmp_path)
+    assert names(result) == ["overlap"]
+    low, high = result["effects"][0]["interval"]
     assert low < OVERLAP < high

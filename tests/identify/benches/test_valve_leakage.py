@@ -30,27 +30,27 @@ def test_edges_that_wore_are_named(tmp_path: Path) -> None:
     """Leakage that grew around null is an underlap, and the pilot stage is as it was."""
     tops = (3e-4, 2e-4, 2.5e-4)
     files = [leaking(tmp_path / f"{i}.csv", t, 1 + i, 5e-5) for i, t in enumerate(tops)]
-    gap, told = asked("gap", LEAKAGE, files[:2], files[2:], tmp_path)
-    assert "bench     a valve leakage bench" in told
+    gap, output = asked("gap", LEAKAGE, files[:2], files[2:], tmp_path)
+    assert "bench     a valve leakage bench" in output
     assert gap["verdict"] == "disagrees"
     assert gap["where"][0]["balance"] == "flow from s to t"
-    found, _ = asked("identify", LEAKAGE, files[:2], files[2:], tmp_path)
-    assert names(found) == ["underlap"]
-    low, high = found["effects"][0]["interval"]
+    result, _ = asked("identify", LEAKAGE, files[:2], files[2:], tmp_path)
+    assert names(result) == ["underlap"]
+    low, high = result["effects"][0]["interval"]
     assert low < 5e-5 < high
 
 
 def test_a_new_valve_agrees(tmp_path: Path) -> None:
     """Supply is return and leakage line together; without a line the return line has it all."""
     file = leaking(tmp_path / "new.csv", 3e-4, 1, 0.0)
-    found, _ = asked("gap", LEAKAGE, [file], [], tmp_path)
-    assert found["verdict"] == "agrees"
+    result, _ = asked("gap", LEAKAGE, [file], [], tmp_path)
+    assert result["verdict"] == "agrees"
     rows = np.loadtxt(file, delimiter=",", skiprows=1)
     rows[:, 3] += rows[:, 4]
     heads = file.read_text().splitlines()[0].split(",")
     joined = recorded(tmp_path / "joined.csv", dict(zip(heads[:4], rows.T[:4], strict=True)))
-    found, _ = asked("gap", LEAKAGE, [joined], [], tmp_path)
-    assert found["verdict"] == "agrees"
+    result, _ = asked("gap", LEAKAGE, [joined], [], tmp_path)
+    assert result["verdict"] == "agrees"
 
 
 @pytest.mark.slow
@@ -99,8 +99,8 @@ def test_a_meter_that_lags_is_named(tmp_path: Path) -> None:
 
 
 def test_a_pilot_stage_that_leaks_more_is_refitted(tmp_path: Path) -> None:
-    """What the configuration states is a parameter: the leakage line tells its size."""
+    """The configured leakage is a parameter, which the leakage line shows."""
     files = [leaking(tmp_path / f"{i}.csv", 3e-4, 1 + i, 0.0, 1.3 * PILOT) for i in range(2)]
-    found, _ = asked("gap", LEAKAGE, files, [], tmp_path)
-    pilot = found["parameters"]["pilot_leakage"]
+    result, _ = asked("gap", LEAKAGE, files, [], tmp_path)
+    pilot = result["parameters"]["pilot_leakage"]
     assert pilot["refitted"] == pytest.approx(1.3 * pilot["configured"], rel=0.02)

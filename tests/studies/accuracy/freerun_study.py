@@ -1,10 +1,10 @@
-"""Does adding what was found close the gap? Held-out free runs beside those of the true model.
+"""Do the named effects close the gap? Held-out free runs, compared with those of the true model.
 
     python -m tests.studies.accuracy.freerun_study --cases medium:12 --duration 2
 
 The true model is the catalogue's, with the hidden effect at its true size and the ordinary
-parameters refitted to the same training data. A case counts as closed where the model that was
-found leaves at most 1.05 times what the true model leaves on the validation data.
+parameters refitted to the same training data. A case counts as closed if the
+identified model leaves at most 1.05 times the error of the true model on the validation data.
 """
 
 import argparse
@@ -35,8 +35,8 @@ CLOSED = 1.05
 
 def true_model(model: PlantModel, observer: Observer, which: Case, searcher: Searcher) -> Fit:
     """Return the catalogue's model with the hidden effects at their true sizes, refitted."""
-    known = {c.name: c for c in parameters.candidates(model, observer.channels)}
-    hidden = [(known[EFFECTS[k].name], EFFECTS[k].knob(v)) for k, v in which.effects.items()]
+    by_name = {c.name: c for c in parameters.candidates(model, observer.channels)}
+    hidden = [(by_name[EFFECTS[k].name], EFFECTS[k].knob(v)) for k, v in which.effects.items()]
     for coordinate, value in hidden:
         set_to(model, coordinate, value)
     free = [c for c in parameters.ordinary(model) if c.name not in dict(hidden_names(hidden))]

@@ -95,7 +95,7 @@ class Bench:
                       (seed(self.case.name), number), lasts, False, path)  # fmt: skip
 
     def scored(self) -> tuple[Fitter, Fit, list[Score]]:
-        """Return what the first recording says without any effect."""
+        """Return fitter, fit and scores of the first recording without any effect."""
         fitter = Fitter(self.observer, [self.recorded(self.first, 0)])
         at = np.zeros(len(self.nuisances))
         for _ in range(2):
@@ -194,7 +194,7 @@ def main() -> None:
     options.add_argument("--seed", type=int, default=1)
     options.add_argument("--cases", type=int, default=len(EFFECTS))
     options.add_argument("--first", type=int, default=0, help="number of the first case")
-    options.add_argument("--minutes", type=float, default=math.inf, help="start none after that")
+    options.add_argument("--minutes", type=float, default=math.inf, help="start no case after that")
     chosen = options.parse_args()
     outcomes, begin, keys = [], time.process_time(), list(EFFECTS)
     end = time.monotonic() + 60.0 * chosen.minutes
@@ -204,12 +204,14 @@ def main() -> None:
         if time.monotonic() > end:
             break
         first = ("multisine", "triangles")[(i // len(keys) + i) % 2]
-        found = examine(Bench(keys[i % len(keys)], 1000 * chosen.seed + i, first))
-        if isinstance(found, Beginning):
-            print(f"{found.truth.name:22s} does not show: gain {found.delta_chi2:.0f}", flush=True)
+        outcome = examine(Bench(keys[i % len(keys)], 1000 * chosen.seed + i, first))
+        if isinstance(outcome, Beginning):
+            print(
+                f"{outcome.truth.name:22s} does not show: gain {outcome.delta_chi2:.0f}", flush=True
+            )
             continue
-        outcomes.append(found)
-        print(described(found), flush=True)
+        outcomes.append(outcome)
+        print(described(outcome), flush=True)
     report(outcomes)
     print(f"{time.process_time() - begin:.0f} s of one core")
 

@@ -35,9 +35,9 @@ def test_a_large_leak_is_found_by_bic(way: Way) -> None:
     """It comes first among a few candidates, within a third of its size."""
     replay = Replay(knee_model(), recordings(LEAK), way)
     candidates = chosen("internal_leakage", "gravity", "load_force.gain_error")
-    model, found = by_bic(replay, parameters.ordinary(knee_model()), candidates)
-    assert found[0].name == "internal_leakage"
-    value = found[0].value(model.at[[c.name for c in model.free].index("internal_leakage")])
+    model, named = by_bic(replay, parameters.ordinary(knee_model()), candidates)
+    assert named[0].name == "internal_leakage"
+    value = named[0].value(model.at[[c.name for c in model.free].index("internal_leakage")])
     assert value == pytest.approx(LEAK, rel=0.33)
 
 

@@ -100,7 +100,7 @@ def record(
         seed: of motion, drift and noise.
         duration: of the recording [s].
         dirty: threefold drift and ripple, coloured noise, a converter.
-        played: wanted position [m] in place of what the kind says.
+        played: wanted position [m] in place of that of the kind.
         bench: its instruments and its controller.
 
     """
@@ -122,8 +122,8 @@ def record(
         supply = machine.supply + ripple[k]
         table[k] = s[2], s[3], supply + s[7], s[4], force
         drift = drift * keep + pushes[k]
-        seen = s[4] + scatter[k, 3]
-        current[k] = np.clip(bench.gain * (target[k] - seen) + feed[k], -6e-3, 6e-3)
+        measured = s[4] + scatter[k, 3]
+        current[k] = np.clip(bench.gain * (target[k] - measured) + feed[k], -6e-3, 6e-3)
         now = time[k]
         for set_point, steps in acts(current[k]):
             force = advance(machine, s, memory, set_point + drift, supply, now, steps)

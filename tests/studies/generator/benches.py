@@ -61,9 +61,10 @@ class Bench:
                 "ratio": 1.0}  # fmt: skip
 
     def _scale(self, what: str) -> float:
-        own = self.sheet
-        known = {"flow": own["kv"] * math.sqrt(own["supply"]), "push": own["area"] * own["supply"]}
-        return known.get(what) or own[what]
+        sheet = self.sheet
+        flow = sheet["kv"] * math.sqrt(sheet["supply"])
+        derived = {"flow": flow, "push": sheet["area"] * sheet["supply"]}
+        return derived.get(what) or sheet[what]
 
 
 FIRST = Bench(

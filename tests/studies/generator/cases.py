@@ -113,15 +113,15 @@ def case(group: str, number: int, duration: float | None = None, bench: Bench = 
 
 def _keys(group: str, number: int) -> list[str]:
     """Return what is hidden: every effect in turn, companions at changing distances."""
-    known, foreign = list(EFFECTS), list(OUTSIDE)
+    catalogued, foreign = list(EFFECTS), list(OUTSIDE)
     if group == "none":
         return []
     if group == "outside":
         return [foreign[number % len(foreign)]]
     count = {"pairs": 2, "triples": 3, "foreign-pairs": 2}.get(group, 1)
-    stride = 1 if count == 1 else 5 + 3 * (number // len(known))
+    stride = 1 if count == 1 else 5 + 3 * (number // len(catalogued))
     first = number * (3 if group == "foreign-pairs" else 1)
-    return [known[(first + i * stride) % len(known)] for i in range(count)]
+    return [catalogued[(first + i * stride) % len(catalogued)] for i in range(count)]
 
 
 def _size(group: str, key: str, random: np.random.Generator) -> float:
@@ -183,25 +183,27 @@ def cases(
             yield case(group, number, duration, bench)
 
 
-def short_cases(told: str) -> list[Case]:
+def short_cases(name: str) -> list[Case]:
     """Return the cases of a word of the command line, with experiments of 2 s."""
-    return list(cases_called(told, 2.0))
+    return list(cases_called(name, 2.0))
 
 
-def cases_called(told: str, duration: float | None = None) -> Iterator[Case]:
+def cases_called(name: str, duration: float | None = None) -> Iterator[Case]:
     """Yield the case of a name, or several: "none-600:20@axis" are twenty from number 600 on.
 
     Raises:
-        ArgumentTypeError: if there is no such group or bench, or what should be a number is none.
+        ArgumentTypeError: if there is no such group or bench, or a number is wrong.
 
     """
-    own, _, bench = told.partition("@")
-    group, _, numbers = own.rpartition("-")
+    case_name, _, bench = name.partition("@")
+    group, _, numbers = case_name.rpartition("-")
     first, _, count = numbers.partition(":")
     if group not in GROUPS or bench not in BENCHES:
-        known = f"groups are {', '.join(GROUPS)}; benches {', '.join(filter(None, BENCHES))}"
-        raise ArgumentTypeError(f"{told}: no such cases; {known}")
+        available = f"groups are {', '.join(GROUPS)}; benches {', '.join(filter(None, BENCHES))}"
+        raise ArgumentTypeError(f"{name}: no such cases; {available}")
     if not first.isdigit() or not (count or "1").isdigit():
-        raise ArgumentTypeError(f"{told}: say a number, or a first one and how many: 600:20")
+        raise ArgumentTypeError(
+            f"{name}: wrong number; write 600, or a first one and how many: 600:20"
+        )
     for number in range(int(first), int(first) + int(count or 1)):
         yield case(group, number, duration, BENCHES[bench])

@@ -1,6 +1,6 @@
-"""The blind plant has the laws that it says it has, and others where it says so.
+"""The blind plant has the declared laws, and other laws where it declares them.
 
-The package's own model is the reference here: with the same parameters both must move alike.
+The reference is the model of the package: with the same parameters both must move alike.
 """
 
 from dataclasses import replace
@@ -98,7 +98,7 @@ def test_the_first_law_is_the_catalogues(key: str, bench: Bench) -> None:
     foreign = apart(blind(effects, True, bench) - plain, changed)
     size = apart(changed, np.zeros_like(changed))
     assert alike < 0.15 * size
-    # a crane's sensors hardly tell several plays from one loop
+    # a crane's sensors hardly distinguish several plays from one loop
     assert foreign > (1.0 if (key, bench) == ("hysteresis", CRANE) else 1.5) * alike
 
 
@@ -110,7 +110,7 @@ def test_a_late_channel_is_late_by_its_time_in_both_laws() -> None:
 
 
 @pytest.mark.parametrize("period", [1e-3, 2e-3])
-def test_lags_are_those_of_a_device_however_often_it_is_asked(period: float) -> None:
+def test_lags_of_a_device_do_not_depend_on_the_number_of_calls(period: float) -> None:
     """A set point that steps comes as 1 - exp(-x)(1 + x + x^2/2), x = t/lag, between ticks as well.
 
     A ramp is read late by their sum, less exp(-x)(3 + 2x + x^2/2) lags of what has not settled.
@@ -146,9 +146,9 @@ def test_coloured_noise_has_the_power_of_white_noise() -> None:
 
 def test_what_is_hidden_can_be_named_and_what_is_outside_cannot() -> None:
     """Every effect of the plant has its name among the candidates, or else a place in a balance."""
-    known = {c.name for c in candidates(knee_model(), CHANNELS)}
-    assert {hidden.name for hidden in EFFECTS.values()} <= known
-    assert not set(OUTSIDE) & known
+    candidates_of_knee = {c.name for c in candidates(knee_model(), CHANNELS)}
+    assert {hidden.name for hidden in EFFECTS.values()} <= candidates_of_knee
+    assert not set(OUTSIDE) & candidates_of_knee
     assert set(SITS) == set(OUTSIDE)
 
 
@@ -168,7 +168,7 @@ def test_the_study_has_every_effect_in_every_kind_of_question() -> None:
 
 
 def test_a_third_of_the_cases_is_dirty_and_a_tenth_far_off() -> None:
-    """Ordinary parameters stay within half of what the data sheet says, most within one sigma."""
+    """Ordinary parameters stay within half of the data sheet's value, most within one sigma."""
     whole = list(cases(GROUPS))
     assert 0.28 < np.mean([c.dirty for c in whole]) < 0.38
     assert 0.07 < np.mean([c.wide for c in whole]) < 0.13
@@ -187,7 +187,7 @@ def test_a_case_is_drawn_from_its_name_alone() -> None:
 
 
 def test_a_case_of_another_bench_is_another_case() -> None:
-    """Its name tells its bench; the effect is the same one, as large for that machine."""
+    """Its name contains its bench; the effect is the same, as large for that machine."""
     here, there = case("medium", 10), case("medium", 10, bench=AXIS)
     assert (there.group, there.bench) == ("medium", AXIS)
     assert there.name != here.name

@@ -15,11 +15,11 @@ def test_several_cases_of_a_bench_are_called_at_once() -> None:
 
 
 @pytest.mark.parametrize(
-    ("told", "way_out"),
+    ("name", "way_out"),
     [("foo", "groups are medium"), ("medium-3@axes", "benches axis"),
-     ("medium-three", "say a number"), ("medium-3:x", "600:20")],
+     ("medium-three", "wrong number"), ("medium-3:x", "600:20")],
 )  # fmt: skip
-def test_what_nobody_knows_is_named_with_the_way_out(told: str, way_out: str) -> None:
+def test_an_unknown_case_gets_the_way_out(name: str, way_out: str) -> None:
     """A typing mistake is no other case, and no traceback."""
     with pytest.raises(ArgumentTypeError, match=way_out):
-        short_cases(told)
+        short_cases(name)

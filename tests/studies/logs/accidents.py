@@ -22,11 +22,11 @@ from tests.studies.logs.mutations import mutated
 def judged(file: Path) -> str:
     """Read a log and check it; return how far it came."""
     try:
-        found = load_experiments([file])
+        read = load_experiments([file])
     except UserError as error:
         return "refused" if file.name in str(error) else str(error)
-    assert all(len(v) in (0, e.samples) for e in found for v in (e.current, *e.readings.values()))
-    sound = without_contradictions(*counted(found, []), knee_model().plant_values)
+    assert all(len(v) in (0, e.samples) for e in read for v in (e.current, *e.readings.values()))
+    sound = without_contradictions(*counted(read, []), knee_model().plant_values)
     assert all(note.startswith("left out: ") for note in sound.left_out)
     moving = [e for e in sound.training if travel(e) >= DRIVEN]
     return "contradicts" if contradictions(moving, knee_model().plant_values) else "accepted"

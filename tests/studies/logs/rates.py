@@ -3,7 +3,7 @@
     python -m tests.studies.logs.rates [SEAL ...] [--rate HZ ...]
 
 Every log is interpolated to the rate, and gets the noise of its sensors at every sample. Identified
-from 1 and 5 bar and judged on 3 and 7 bar, beside ordinary least squares of the right effects.
+from 1 and 5 bar, judged on 3 and 7 bar, and compared with least squares of the right effects.
 """
 
 import argparse
@@ -53,14 +53,14 @@ class Row:
         return self.result.gap["load_force"]["validation"]["after"]
 
     def __str__(self) -> str:
-        found = "; ".join(
+        effects = "; ".join(
             f"{f.name} {f.value:.4g} ({f.interval[0]:.4g} ... {f.interval[1]:.4g})"
             for f in self.result.effects
         )
         ratio = self.held_out / self.least_squares
         return (
             f"{self.seal:6s} {self.rate:5d} Hz  {self.result.verdict:16s} {self.held_out:.3f} N, "
-            f"least squares {self.least_squares:.3f} N ({ratio:.2f})  {found}"
+            f"least squares {self.least_squares:.3f} N ({ratio:.2f})  {effects}"
         )
 
 
@@ -91,9 +91,9 @@ def least_squares(model: PlantModel, training: Sequence[Experiment],
     turned = dissipative([*training, *validation], model.plant_values)
     learn, check = turned[: len(training)], turned[len(training) :]
     rows, force = terms(model, learn)
-    found = np.linalg.lstsq(rows, force, rcond=None)[0]
+    sizes = np.linalg.lstsq(rows, force, rcond=None)[0]
     rows, force = terms(model, check)
-    return float(np.sqrt(np.mean((force - rows @ found) ** 2)))
+    return float(np.sqrt(np.mean((force - rows @ sizes) ** 2)))
 
 
 def terms(model: PlantModel, experiments: Sequence[Experiment]) -> tuple[Array, Array]:

@@ -28,7 +28,7 @@ def short(kind: str, seed: int, seconds: float) -> Experiment:
 
 
 def main() -> None:
-    """Print what each would be said to lack without the rule."""
+    """Print what each machine would be reported to lack without the rule."""
     parser = argparse.ArgumentParser()
     parser.add_argument("seconds", nargs="*", type=float, default=[0.5, 1.0, 1.5, 2.0, 4.0])
     parser.add_argument("--seeds", type=int, default=4)

@@ -50,7 +50,7 @@ def logged(case: Case, rate: int, held: bool = False) -> Result:
 
 
 def sort_of(result: Result, effect: str) -> str:
-    """Return whether an answer is right, says that it cannot be known, or is wrong."""
+    """Return whether an answer is right, undecided, or wrong."""
     if result.verdict in ("cannot_tell", "cannot_examine"):
         return "open"
     right = [f.name for f in result.effects] == [effect] * bool(effect) and not result.unknown
@@ -68,10 +68,10 @@ def main() -> None:
         for rate in chosen.rate:
             begun = time.monotonic()
             result = logged(CASES[name], rate, chosen.held)
-            found = "; ".join(str(f) for f in result.effects) or result.reason
+            words = "; ".join(str(f) for f in result.effects) or result.reason
             print(
                 f"{name:10s} {rate:5d} Hz  {sort_of(result, CASES[name].effect):6s} "
-                f"{result.verdict:16s} {time.monotonic() - begun:4.0f} s  {found}",
+                f"{result.verdict:16s} {time.monotonic() - begun:4.0f} s  {words}",
                 flush=True,
             )
 

@@ -5,10 +5,10 @@
     python -m tests.studies.rules.ablation --out ablation.jsonl --rules alike faint --together
     python -m tests.studies.rules.ablation --out ablation.jsonl --each 6 --report
 
-Cases are none of the study's; each experiment lasts two seconds. A case is searched once with all
-rules, which tells those that decided something on the way; without each of these it is searched
-again, or once without all of them (`--together`), unless `--watch` asks for the first alone;
-`--again` bounds in how many cases a rule is left out. Without any other the answer is the same.
+The cases differ from those of the study; each experiment lasts 2 s. A case is searched once with
+all rules, which shows the rules that decided something. It is searched again without each of these
+rules, or once without all of them (`--together`); `--watch` leaves out these searches. `--again`
+limits the number of cases in which a rule is left out. Other rules do not change the answer.
 Answers are kept in the file of `--out`: the same command goes on where it was stopped, and a larger
 `--each` adds cases.
 """
@@ -47,7 +47,7 @@ DURATION = 2.0
 """Of each experiment [s]."""
 
 WITH_ALL = ""
-"""In the place of the rule that was left out, where none was."""
+"""In place of the rule that was left out, if all rules were there."""
 
 PLAIN = {
     "conclusion.conclude._measure": lambda *_: None,
@@ -82,7 +82,7 @@ class Kept:
     deciding: dict[str, frozenset[str]]
 
     def without(self, name: str, rule: str) -> Answer | None:
-        """Return the answer in a case without a rule; None where nobody has asked."""
+        """Return the answer in a case without a rule; None if there is no such answer."""
         same = not self.deciding[name] & set(parts(rule))
         return self.answers.get((name, WITH_ALL if same else rule))
 
@@ -101,8 +101,8 @@ def drawn(
 
 
 def kept(file: Path) -> Kept:
-    """Return what a file has already."""
-    # a row of the blind study says nothing of rules: all were there
+    """Return the answers in a file."""
+    # a row of the blind study has no rules: all were there
     answers = [(r, r.get("without", WITH_ALL)) for r in rows(file)]
     return Kept({(r["case"], without): from_dict(r["answer"]) for r, without in answers},
                 {r["case"]: frozenset(r.get("deciding", ()))
@@ -116,7 +116,7 @@ def report_on_files(
     description: str | None, read: Callable[[Path], Iterable[Row]],
     report: Callable[[Sequence[Row]], str],
 ) -> None:  # fmt: skip
-    """Print a report on what is read of the files of the command line."""
+    """Print a report on the rows of the files of the command line."""
     options = argparse.ArgumentParser(
         description=description, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -125,16 +125,16 @@ def report_on_files(
     for file in files:
         if not file.is_file():
             options.error(f"{file}: there is no such file")
-    print(report([found for file in files for found in read(file)]))
+    print(report([row for file in files for row in read(file)]))
 
 
 def examine(
     which: Case, rules: Sequence[str], file: Path, question: Question = EVERYTHING,
     again: float = math.inf,
 ) -> None:  # fmt: skip
-    """Ask about one case with all rules, and without each of some that decide; keep the answers.
+    """Examine one case with all rules, and without each of the deciding ones; keep the answers.
 
-    No rule is left out in more than so many cases of the file.
+    A rule is left out in at most `again` cases of the file.
     """
     done = kept(file)
     rules = [rule for rule in rules if done.asked(rule) < again]
@@ -164,15 +164,15 @@ def _keep(file: Path, which: Case, rule: str, answer: Answer, **more: Sequence[s
 
 
 def _once(work: Callable[..., Any]) -> Callable[..., Any]:
-    """Return the same, which is asked the same all over again, with its first answer kept."""
-    found: list[Any] = []
+    """Return a function that computes once, and returns the first result in every call."""
+    results: list[Any] = []
 
-    def known(*asked: Any) -> Any:
-        if not found:
-            found.append(work(*asked))
-        return found[0]
+    def first_result(*asked: Any) -> Any:
+        if not results:
+            results.append(work(*asked))
+        return results[0]
 
-    return known
+    return first_result
 
 
 def _answered(
@@ -183,29 +183,29 @@ def _answered(
     return from_result(result, time.monotonic() - start)
 
 
-def said(answer: Answer) -> tuple[object, ...]:
-    """Return what of an answer matters: names with their classes and flags, and the unknown."""
+def essence(answer: Answer) -> tuple[object, ...]:
+    """Return the essential part of an answer: names with groups and flags, and the unknown."""
     named = frozenset((n.name, frozenset(n.group), n.form_differs) for n in answer.named)
     return named, bool(answer.unknown), answer.unknown[:1]
 
 
-def report(known: Kept, cases: Mapping[str, Case]) -> str:
+def report(answers_kept: Kept, cases: Mapping[str, Case]) -> str:
     """Return the table of all rules, as Markdown."""
-    base = {name: judge(cases[name], known.answers[name, WITH_ALL])
-            for name in known.deciding if name in cases}  # fmt: skip
+    base = {name: judge(cases[name], answers_kept.answers[name, WITH_ALL])
+            for name in answers_kept.deciding if name in cases}  # fmt: skip
     heads = ["rule", "protects from", "decided in", "answers changed", *FAMILIES, "wrong names"]
     rows = [["(all rules)", "", "", "", *_counted(base.values()), _wrong(base.values())]]
-    together = sorted({rule for _, rule in known.answers if AND in rule})
+    together = sorted({rule for _, rule in answers_kept.answers if AND in rule})
     for name in (*RULES, *together):
-        asked = {case: known.without(case, name) for case in base}
+        asked = {case: answers_kept.without(case, name) for case in base}
         without = {case: judge(cases[case], answer) for case, answer in asked.items() if answer}
-        beside = [base[case] for case in without]
-        other = sum(said(o.answer) != said(base[case].answer) for case, o in without.items())
-        decided = sum(bool(known.deciding[case] & set(parts(name))) for case in base)
+        with_rules = [base[case] for case in without]
+        other = sum(essence(o.answer) != essence(base[case].answer) for case, o in without.items())
+        decided = sum(bool(answers_kept.deciding[case] & set(parts(name))) for case in base)
         protects = RULES[name].protects if name in RULES else ""
         rows.append([name, protects, _share(decided, len(base)), _share(other, len(without)),
-                     *_beside(without.values(), beside),
-                     f"{_wrong(beside)} → {_wrong(without.values())}"])  # fmt: skip
+                     *_changed_counts(without.values(), with_rules),
+                     f"{_wrong(with_rules)} → {_wrong(without.values())}"])  # fmt: skip
     lines = [f"| {' | '.join(row)} |" for row in (heads, ["---"] * len(heads), *rows)]
     right = sum(not failed(o) for o in base.values())
     lines += ["", f"{_share(right, len(base))} cases right with all rules"]
@@ -219,15 +219,15 @@ def _share(count: int, among: int) -> str:
 
 
 def _counted(outcomes: Iterable[Outcome]) -> list[str]:
-    """Return how many are right of each family."""
-    found = list(outcomes)
-    of = {f: [o for o in found if o.case.group == f] for f in FAMILIES}
+    """Return the number of right answers in each family."""
+    listed = list(outcomes)
+    of = {f: [o for o in listed if o.case.group == f] for f in FAMILIES}
     return [f"{sum(not failed(o) for o in of[f])}/{len(of[f])}" for f in FAMILIES]
 
 
-def _beside(without: Iterable[Outcome], beside: Sequence[Outcome]) -> list[str]:
-    """Return how many are right of each family where that is another number."""
-    counts = zip(_counted(beside), _counted(without), strict=True)
+def _changed_counts(without: Iterable[Outcome], with_rules: Sequence[Outcome]) -> list[str]:
+    """Return the numbers of right answers in each family in which they differ."""
+    counts = zip(_counted(with_rules), _counted(without), strict=True)
     return ["" if before == after else f"{before} → {after}" for before, after in counts]
 
 
@@ -247,7 +247,7 @@ def main() -> None:
     options.add_argument("--rules", nargs="*", choices=list(RULES), default=list(RULES))
     options.add_argument(
         "--set-points", choices=get_args(SetPoints), default=EVERYTHING.set_points,
-        help="what a user would say of them; asked of the readings otherwise",
+        help="course that a user would state; by default estimated from the readings",
     )  # fmt: skip
     options.add_argument("--together", action="store_true", help="leave them out at once")
     options.add_argument("--watch", action="store_true", help="with all rules alone")

@@ -1,4 +1,4 @@
-"""What hangs on the beliefs by which another law is told from something unknown.
+"""Influence of the prior sizes that separate another law from something unknown.
 
     python -m tests.studies.rules.beliefs --out beliefs.jsonl --each 6
     python -m tests.studies.rules.beliefs --out beliefs.jsonl --each 6 --report
@@ -32,52 +32,59 @@ AS_IT_IS = "as it is"
 
 
 def variations() -> dict[str, dict[str, Any]]:
-    """Return what is tried: values of constants, by a name."""
-    found: dict[str, dict[str, Any]] = {AS_IT_IS: {}}
+    """Return the tried values of constants, by a name."""
+    tried: dict[str, dict[str, Any]] = {AS_IT_IS: {}}
     for name in SIZES:
         for word, factor in (("a tenth of ", 0.1), ("ten times ", 10.0)):
-            found[word + name] = {f"discrepancies.{name}": _times(name, factor)}
-    return found
+            tried[word + name] = {f"discrepancies.{name}": _times(name, factor)}
+    return tried
 
 
 def _times(name: str, factor: float) -> Any:
-    own = getattr(discrepancies, name)
-    return tuple(factor * v for v in own) if isinstance(own, tuple) else factor * own
+    value = getattr(discrepancies, name)
+    return tuple(factor * v for v in value) if isinstance(value, tuple) else factor * value
 
 
 def judged(which: Case) -> dict[str, list[str]]:
-    """Return what is flagged in a case, by variation: effects, and "unknown"."""
-    said: dict[str, list[str]] = {}
+    """Return the flags in a case, by variation: effects, and "unknown"."""
+    flags: dict[str, list[str]] = {}
     weighed = Searcher._weighed
 
-    def every(own: Searcher, search: Search) -> Discrepancies:
+    def every(searcher: Searcher, search: Search) -> Discrepancies:
         base = search.rounds[-1].base
-        held = own._held_out(base)
-        elsewhere = None if held is None else own.fitter.elsewhere(base, held)
+        held = searcher._held_out(base)
+        elsewhere = None if held is None else searcher.fitter.elsewhere(base, held)
         for name, values in variations().items():
             with changed(values):
-                found = Discrepancies(own.fitter, base, search.effects, elsewhere)
-                said[name] = [*found.other_laws(), *["unknown"] * bool(found.unknown())]
-        return weighed(own, search)
+                weighed_there = Discrepancies(searcher.fitter, base, search.effects, elsewhere)
+                flags[name] = [
+                    *weighed_there.other_laws(),
+                    *["unknown"] * bool(weighed_there.unknown()),
+                ]
+        return weighed(searcher, search)
 
     learn, check = campaign(which)
     with changed({**PLAIN, "search.Searcher._weighed": every}):
         session.identify(load([which.bench.config]), learn, check, cache=CACHE)
-    return said
+    return flags
 
 
 def report(rows: Mapping[str, Mapping[str, list[str]]]) -> str:
     """Return the table, as Markdown."""
-    own = [name for name in rows if name.startswith(("none", "medium", "pairs"))]
+    catalogued = [name for name in rows if name.startswith(("none", "medium", "pairs"))]
     outside = [name for name in rows if name.startswith("outside")]
     lines = [
-        f"| belief | other verdicts in {len(rows)} | flagged of {len(own)} without reason "
+        f"| belief | other verdicts in {len(rows)} | flagged of {len(catalogued)} without reason "
         f"| of {len(outside)} unknown effects flagged |", "|---|---|---|---|",
     ]  # fmt: skip
     for belief in variations():
-        other = sum(said[belief] != said[AS_IT_IS] for said in rows.values())
-        flags, seen = ([bool(rows[name][belief]) for name in names] for names in (own, outside))
-        lines.append(f"| {belief} | {other} | {sum(flags)} | {sum(seen)} |")
+        other = sum(
+            flags_of_case[belief] != flags_of_case[AS_IT_IS] for flags_of_case in rows.values()
+        )
+        flags, outside_flags = (
+            [bool(rows[name][belief]) for name in names] for names in (catalogued, outside)
+        )
+        lines.append(f"| {belief} | {other} | {sum(flags)} | {sum(outside_flags)} |")
     return "\n".join(lines)
 
 

@@ -1,9 +1,9 @@
-"""How much of the variance free terms explain in healthy machines, which `NOTICEABLE` rests on.
+"""Share of the variance that free terms explain in healthy machines: the basis of `NOTICEABLE`.
 
     python -m tests.studies.rules.healthy_terms none-600:20 none-600:10@axis
 
-Every machine has ripple of its friction and of its supply: terms that are there and significant. A
-word on these would be a false alarm, a word on less than these never was one.
+Every machine has ripple of its friction and of its supply: true and significant terms. A report of
+these would be a false alarm.
 """
 
 import argparse
@@ -30,9 +30,9 @@ def largest(which: Case) -> tuple[float, str]:
     searcher = Searcher(
         Observer(model, INSTRUMENTS), campaign(which)[0], [], [], parameters.ordinary(model)
     )
-    found = searcher.look().rounds[-1]
-    shares = [(t.surplus * HATS / len(t.knots) / found.base.sample_size, t.title)
-              for t in found.significant]  # fmt: skip
+    last_round = searcher.look().rounds[-1]
+    shares = [(t.surplus * HATS / len(t.knots) / last_round.base.sample_size, t.title)
+              for t in last_round.significant]  # fmt: skip
     return max(shares, default=(0.0, ""))
 
 

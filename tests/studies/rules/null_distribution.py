@@ -1,10 +1,10 @@
-"""What the best of all candidates reaches by chance: a bootstrap of the acceptance statistic.
+"""Gain of the best candidate by chance: a bootstrap of the acceptance statistic.
 
     python -m tests.studies.rules.null_distribution none-60 none-60@axis
 
 A machine of the blind test with nothing hidden is fitted and its candidates are scored. Then whole
-blocks of its residual get random signs (a wild bootstrap by blocks): no effect is left, but the
-excitation, the instruments and the correlation stay. In the tangent of the fit, each draw takes
+blocks of its residual get random signs (a wild bootstrap by blocks). This removes any effect, and
+keeps excitation, instruments and correlation. In the tangent of the fit, each draw takes
 milliseconds: of each candidate, the sums of column times residual over time and place are enough.
 """
 
@@ -108,10 +108,10 @@ def main() -> None:
     )
     print("case            candidates  needed  1 in 20  1 in 1000  alarms")
     for which in (c for some in options.parse_args().cases for c in some):
-        found = examined(which)
-        ends = np.quantile(found.best, [0.95, 1.0 - FALSE_ALARM])
-        print(f"{which.name:15} {found.candidates:10}  {found.needed:6.1f}  {ends[0]:7.1f}  "
-              f"{ends[1]:9.1f}  {found.alarms:.4f}")  # fmt: skip
+        drawn = examined(which)
+        ends = np.quantile(drawn.best, [0.95, 1.0 - FALSE_ALARM])
+        print(f"{which.name:15} {drawn.candidates:10}  {drawn.needed:6.1f}  {ends[0]:7.1f}  "
+              f"{ends[1]:9.1f}  {drawn.alarms:.4f}")  # fmt: skip
 
 
 if __name__ == "__main__":

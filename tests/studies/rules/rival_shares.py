@@ -44,22 +44,22 @@ def shares(file: Path) -> Iterator[Share]:
     for (name, without), answer in kept(file).answers.items():
         hidden = next(cases_called(name)).effects
         names = {EFFECTS[key].name for key in hidden if key in EFFECTS}
-        for found in answer.rounds if without == WITH_ALL else ():
-            gains = {t["name"]: float(t["delta_chi2"]) for t in found["trials"] if not t["beside"]}
+        for round_ in answer.rounds if without == WITH_ALL else ():
+            gains = {t["name"]: float(t["delta_chi2"]) for t in round_["trials"] if not t["beside"]}
             true, best = names & gains.keys(), max(gains.values(), default=0.0)
             if true and best > PLAIN:
                 first, most = max(true, key=lambda n: gains[n]), max(gains, key=lambda n: gains[n])
                 yield Share(name, first, most, gains[first] / best)
 
 
-def report(found: Sequence[Share]) -> str:
+def report(listed: Sequence[Share]) -> str:
     """Return the rounds in which another candidate gains more, the smallest share first."""
-    behind = sorted((s for s in found if s.share < 1.0), key=lambda s: s.share)
+    behind = sorted((s for s in listed if s.share < 1.0), key=lambda s: s.share)
     rivals = sum(s.share >= NEARLY_ALL for s in behind)
     lines = [f"{s.case}: {s.true} gains {s.share:.2f} of {s.best}" for s in behind]
     return "\n".join([
-        *lines, f"{len(found) - len(behind)} of {len(found)} true effects gain the most, {rivals} "
-                f"of the others at least {NEARLY_ALL:g} of the best",
+        *lines, f"{len(listed) - len(behind)} of {len(listed)} true effects gain the most, "
+                f"{rivals} of the others at least {NEARLY_ALL:g} of the best",
     ])  # fmt: skip
 
 

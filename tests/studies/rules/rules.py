@@ -25,9 +25,9 @@ class Rule:
     """One decision of a search.
 
     Attributes:
-        protects: what goes wrong without it.
-        without: what leaves it out: new values by `module.name`, or `module.Class.name`.
-        constants: that belong to it, each as `module.NAME`, beside those it is left out by.
+        protects: from what goes wrong without it.
+        without: new values that leave it out, by `module.name` or `module.Class.name`.
+        constants: further constants of it, each as `module.NAME`.
 
     """
 
@@ -53,15 +53,15 @@ def _nowhere(experiments: Any) -> Any:
 
 
 def _all_of_them(*asked: Any) -> list[str]:
-    return [own[-1].name for own, _ in asked[-1]]
+    return [coordinates[-1].name for coordinates, _ in asked[-1]]
 
 
 @dataclass(frozen=True)
 class Always:
-    """A function that says the same whatever it is asked.
+    """A function with a constant result.
 
     Attributes:
-        answer: what it says: what the rule says where it has nothing to say.
+        answer: the result of a rule that does not object.
 
     """
 
@@ -111,7 +111,7 @@ RULES: dict[str, Rule] = {
                        {"law_form._of_one_sensor": Always(False)}),
     "tried elsewhere": Rule("silence about what acts elsewhere than a law that does not fit",
                             {"search.others_beside": Always([])}),
-    "stands beside": Rule("silence about a further effect beside a foreign law",
+    "stands beside": Rule("silence about a further effect next to a foreign law",
                           {"law_form.stands_beside": lambda *_: False}),
     "apart": Rule("silence about a sensor's small error, apart from a law that does not fit",
                   {"law_form._apart": Always(False)}),
@@ -134,7 +134,7 @@ RULES: dict[str, Rule] = {
     "faint": Rule("a name for ripple", {"search.faint": Always([])}),
     "re-examined": Rule("an early name that a later one explains",
                         {"search.re_examine": _nothing}),
-    # what data cannot tell apart
+    # effects that data do not separate
     "alike": Rule("one name where data show a class", {"search.rivals_of": Always(([], None))}),
     "alike in the end": Rule("a class that the whole model separates",
                              {"conclusion.conclude.confirmed": _all_of_them}),
@@ -155,11 +155,11 @@ EFFORT = (
     "refits.NOISE_PASSES", "refits.NOISE_ITERATIONS",
     "search.REFITTED", "search.RETURNS", "search.MOST_EFFECTS", "search.AGAIN", "search.KEPT_TERMS",
     "starts.DEAR", "starts.TAKEOVER_ITERATIONS", "starts.SAME_EFFECT", "starts.TRIED_SIZES",
-    "law_between.RIVAL_SHARE", "rivals.MOST_TOLD", "law_form.MOST_NEAREST", "law_form.LEFT",
+    "law_between.RIVAL_SHARE", "rivals.MOST_REPORTED", "law_form.MOST_NEAREST", "law_form.LEFT",
     "law_form.MOST_BESIDE",
 )  # fmt: skip
-"""Constants that decide nothing: how long is computed and from where, how finely, how much is kept
-or told."""
+"""Constants that decide nothing: number and starting points of computations, resolution, and amount
+of kept and reported numbers."""
 
 LEVELS = ("levels.GREATER_PART", "levels.NEARLY_ALL", "levels.SMALL_PART",
           "levels.INEXACT", "levels.NOTICEABLE")  # fmt: skip
@@ -167,7 +167,7 @@ LEVELS = ("levels.GREATER_PART", "levels.NEARLY_ALL", "levels.SMALL_PART",
 
 DERIVED = ("levels.ONE_IN_TWENTY", "levels.NORMAL_95", "levels.TOLD_APART",
            "evidence.LEAST_HELD_OUT")  # fmt: skip
-"""Quantiles of known distributions: nobody has chosen them for what comes of it."""
+"""Quantiles of known distributions, which were not chosen by their results."""
 
 
 @contextmanager

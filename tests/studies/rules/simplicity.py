@@ -25,12 +25,12 @@ OWN_LAWS = ("medium", "pairs")
 """Families whose effects follow the catalogue's laws."""
 
 TOLD = 3
-"""Pairs of laws that are told of either kind."""
+"""Largest number of listed pairs of laws of either kind."""
 
 
 @dataclass(frozen=True)
 class Rivalry:
-    """A true law beside one with another number of assumed shapes.
+    """A true law and a rival with another number of assumed shapes.
 
     Attributes:
         case: the machine.
@@ -49,15 +49,15 @@ class Rivalry:
 
 
 def rivalries(file: Path) -> Iterator[Rivalry]:
-    """Yield what the rounds of answers in a file tell, of machines with the catalogue's laws."""
+    """Yield the rivalries in the answers of a file, of machines with the catalogue's laws."""
     shapes = {c.name: len(c.effect.shape) for c in candidates(knee_model(), INSTRUMENTS)
               if c.effect}  # fmt: skip
     for (name, without), answer in kept(file).answers.items():
         case = next(cases_called(name))
         names = {EFFECTS[key].name for key in case.effects if key in EFFECTS}
         if without == WITH_ALL and case.group in OWN_LAWS:
-            for found in answer.rounds:
-                for true, rival in _rivals(found["trials"], names):
+            for round_ in answer.rounds:
+                for true, rival in _rivals(round_["trials"], names):
                     fewer = shapes.get(rival["name"], 0) - shapes.get(true["name"], 0)
                     few, many = (true, rival) if fewer > 0 else (rival, true)
                     if fewer:
@@ -90,10 +90,10 @@ def _share(few: Mapping[str, Any], many: Mapping[str, Any]) -> float:
     return float(min(few[gain] / many[gain] for gain in ("delta_chi2", "held_out")))
 
 
-def report(found: Sequence[Rivalry]) -> str:
+def report(pairs: Sequence[Rivalry]) -> str:
     """Return the nearest cases of either kind, and how many are on the wrong side."""
-    true = sorted((r for r in found if r.simpler), key=lambda r: r.share)
-    others = sorted((r for r in found if not r.simpler), key=lambda r: -r.share)
+    true = sorted((r for r in pairs if r.simpler), key=lambda r: r.share)
+    others = sorted((r for r in pairs if not r.simpler), key=lambda r: -r.share)
     lines = [f"{r.case}: {r.true}, which is true, gains {r.share:.3f} of {r.rival}"
              for r in true[:TOLD]]  # fmt: skip
     lines += [f"{r.case}: {r.rival} gains {r.share:.3f} of {r.true}, which is true"
@@ -105,7 +105,7 @@ def report(found: Sequence[Rivalry]) -> str:
 
 
 def main() -> None:
-    """Print what kept answers tell."""
+    """Print the rivalries in kept answers."""
     report_on_files(__doc__, rivalries, report)
 
 

@@ -21,7 +21,7 @@ from tests.studies.rules.remembered import remembered
 def test_what_is_remembered_is_what_would_be_computed() -> None:
     """To the bit, and asked twice it is the same; nothing remembers afterwards."""
     model, data = knee_model(), [recorded({}, "steps", 3)]
-    free, own = parameters.ordinary(model)[:2], Observer.innovations
+    free, original = parameters.ordinary(model)[:2], Observer.innovations
 
     def asked() -> np.ndarray:
         fitter = Fitter(Observer(model, INSTRUMENTS), data)
@@ -34,7 +34,7 @@ def test_what_is_remembered_is_what_would_be_computed() -> None:
     with remembered():
         for _ in range(2):
             assert np.array_equal(asked(), computed)
-    assert Observer.innovations is own
+    assert Observer.innovations is original
 
 
 def test_a_rule_is_counted_by_the_answers_that_change_without_it() -> None:
@@ -59,7 +59,7 @@ def test_a_rule_is_counted_by_the_answers_that_change_without_it() -> None:
     assert table[-1].startswith("3 of 3 (0.44-1.00) cases right")
 
 
-def test_a_case_is_asked_once_about_what_decides_nothing(
+def test_a_rule_that_decides_nothing_is_not_left_out(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A file keeps which rules decided; it is searched again for these alone, and once."""
@@ -69,7 +69,7 @@ def test_a_case_is_asked_once_about_what_decides_nothing(
     which, file = case("none", 121), tmp_path / "ablation.jsonl"
     examine(which, [], file)
     assert len(asked) == 1
-    assert kept(file).deciding == {which.name: frozenset({"chance"})}  # which nobody can watch
+    assert kept(file).deciding == {which.name: frozenset({"chance"})}  # which cannot be watched
     for _ in "ab":
         examine(which, ["chance", "held-out gain"], file)
         assert len(asked) == 2

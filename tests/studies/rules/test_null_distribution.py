@@ -17,7 +17,7 @@ def test_a_thousandth_of_healthy_machines_has_an_effect_by_chance_at_most(bench:
     It is not far less, or weak effects would be silenced for nothing: half of what is needed comes
     up more often than once in a thousand.
     """
-    found = examined(case("none", 60, 2.0, BENCHES[bench]))
-    assert found.candidates > 50
-    assert found.alarms <= FALSE_ALARM
-    assert np.mean(found.best > 0.5 * found.needed) > FALSE_ALARM
+    drawn = examined(case("none", 60, 2.0, BENCHES[bench]))
+    assert drawn.candidates > 50
+    assert drawn.alarms <= FALSE_ALARM
+    assert np.mean(drawn.best > 0.5 * drawn.needed) > FALSE_ALARM

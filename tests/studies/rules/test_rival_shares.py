@@ -1,4 +1,4 @@
-"""What of kept answers tells how much a rival gains, and a bound that healthy machines keep."""
+"""Gains of rivals in kept answers, and a bound for healthy machines."""
 
 import json
 from pathlib import Path
@@ -26,9 +26,9 @@ def test_the_true_effect_is_held_against_the_best(tmp_path: Path) -> None:
     row = {"case": "medium-00", "without": "", "deciding": [],
            "answer": Answer(rounds=rounds).to_dict()}  # fmt: skip
     (tmp_path / "kept.jsonl").write_text(json.dumps(row) + "\n")
-    said = report(list(shares(tmp_path / "kept.jsonl"))).splitlines()
-    assert said[0] == f"medium-00: {hidden} gains 0.90 of wall"
-    assert said[1].startswith("1 of 2 true effects gain the most, 1 of the others at least 0.75")
+    lines = report(list(shares(tmp_path / "kept.jsonl"))).splitlines()
+    assert lines[0] == f"medium-00: {hidden} gains 0.90 of wall"
+    assert lines[1].startswith("1 of 2 true effects gain the most, 1 of the others at least 0.75")
 
 
 @pytest.mark.full(sibling="studies/test_study.py::test_a_healthy_foreign_simulator_lacks_nothing")

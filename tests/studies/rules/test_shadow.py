@@ -1,4 +1,4 @@
-"""What evidence alone would say of a candidate."""
+"""Probability of a candidate by evidence alone."""
 
 import json
 import math
@@ -55,8 +55,8 @@ def test_disagreements_and_names_that_are_right_are_counted(tmp_path: Path) -> N
     answer = Answer((Named("gravity", ("load_spring",)), Named("stick")), rounds=rounds)
     row = {"case": "medium-14", "without": "", "answer": answer.to_dict(), "deciding": []}
     (tmp_path / "kept.jsonl").write_text(json.dumps(row) + "\n")
-    said = report(list(verdicts(tmp_path / "kept.jsonl"))).splitlines()
-    assert said[0].startswith("medium-14: wall not named")
-    assert said[1] == "1 of 3 rounds in which both disagree"
-    assert said[2].startswith("1 of 2 names of 95% are right")
+    lines = report(list(verdicts(tmp_path / "kept.jsonl"))).splitlines()
+    assert lines[0].startswith("medium-14: wall not named")
+    assert lines[1] == "1 of 3 rounds in which both disagree"
+    assert lines[2].startswith("1 of 2 names of 95% are right")
     assert np.isfinite([v.nats for v in verdicts(tmp_path / "kept.jsonl")]).all()

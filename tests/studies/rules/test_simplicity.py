@@ -27,8 +27,8 @@ def test_the_simpler_law_is_held_against_the_other(tmp_path: Path) -> None:
            "answer": Answer(rounds=(rounds,)).to_dict()}  # fmt: skip
     kept = tmp_path / "kept.jsonl"
     kept.write_text(json.dumps(row) + "\n")
-    (found,) = rivalries(kept)
-    assert (found.true, found.rival, found.simpler) == (TRUE, "stribeck_friction", True)
-    assert found.share == pytest.approx(880.0 / 900.0)
-    assert report([found]).endswith("1 of 1 true laws with fewer shapes are equal to a rival, "
+    (rivalry,) = rivalries(kept)
+    assert (rivalry.true, rivalry.rival, rivalry.simpler) == (TRUE, "stribeck_friction", True)
+    assert rivalry.share == pytest.approx(880.0 / 900.0)
+    assert report([rivalry]).endswith("1 of 1 true laws with fewer shapes are equal to a rival, "
                                     "0 of 0 wrong ones to the true law")  # fmt: skip

@@ -1,4 +1,4 @@
-"""Whether a rule decided something: what is asked, asked again without it."""
+"""Whether a rule decided something: each call is repeated without the rule."""
 
 import numpy as np
 import pytest
@@ -18,30 +18,30 @@ def test_a_bound_decides_where_it_is_the_only_objection(
     wald: float, held_out: float, decides: bool
 ) -> None:
     """Evidence that passes either way was not decided by the bound, nor what fails without it."""
-    with deciding(["held-out gain"]) as found:
+    with deciding(["held-out gain"]) as decided:
         evidence = Evidence(100.0, wald, held_out, needed=12.0)
         assert evidence.passed == (wald > 12.0 and not decides)
-    assert found == ({"held-out gain"} if decides else set())
+    assert decided == ({"held-out gain"} if decides else set())
 
 
 def test_a_judgement_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is judged beside leaves no trace in the round: the product's judgement stays."""
+    """The repeated judgement leaves no trace in the round: that of the product stays."""
     fit = Fit([], np.zeros(0), np.ones(10), np.zeros((10, 0)), 10.0)
-    found = Round(fit, [], [], [])
+    round_ = Round(fit, [], [], [])
     monkeypatch.setattr(search, "judge", _accepting)
     with deciding(["left by a law", "outshone"]) as rules:
-        search.judge(Search([]), found)
-    assert not found.accepted
+        search.judge(Search([]), round_)
+    assert not round_.accepted
     assert rules == {"left by a law"}
 
 
-def _accepting(_: Search, found: Round) -> None:
+def _accepting(_: Search, decided: Round) -> None:
     """Stand in for a judgement that hangs on one constant alone."""
-    found.accepted = law_form.INEXACT < 0.0
+    decided.accepted = law_form.INEXACT < 0.0
 
 
-def test_a_function_decides_where_it_says_something_else() -> None:
-    """Nothing faint is what the rule says where it has nothing to say."""
+def test_a_function_decides_if_its_result_differs() -> None:
+    """An empty list of faint effects is the result of a rule that does not object."""
     fit = Fit([], np.zeros(0), np.ones(10), np.zeros((10, 0)), 10.0)
     finished = Search([], rounds=[Round(fit, [], [], [])])
     with deciding(["faint"]) as rules:

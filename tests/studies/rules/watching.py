@@ -31,7 +31,7 @@ ASKED = {
 
 
 def watched(rule: str) -> Sequence[str]:
-    """Return what tells whether a rule decides something; nothing where nobody knows."""
+    """Return the functions that show whether a rule decides something; empty if unknown."""
     places = [ASKED.get(name, ()) if name.rpartition(".")[2].isupper() else (name,)
               for name in RULES[rule].without]  # fmt: skip
     return [name for place in places for name in place] if all(places) else []
@@ -39,70 +39,72 @@ def watched(rule: str) -> Sequence[str]:
 
 @contextmanager
 def deciding(rules: Sequence[str]) -> Iterator[set[str]]:
-    """Yield the rules that decide something meanwhile; those that nobody can watch always do.
+    """Yield the rules that decide something in the block, with all that cannot be watched.
 
-    That a question on the way is answered the same is enough, although the fitter then has learnt
-    other steps for its difference quotients.
+    A rule decides nothing if all calls have the same results without it. The steps that the fitter
+    has learnt for its difference quotients may then differ.
     """
-    found = {rule for rule in rules if not watched(rule)}
-    watching = _Watching(found)
+    decided = {rule for rule in rules if not watched(rule)}
+    watching = _Watching(decided)
     points = {name for rule in rules for name in watched(rule)}
     wrapped = {name: watching.wrapped(name, [r for r in rules if name in watched(r)])
                for name in points}  # fmt: skip
     with changed(wrapped):
-        yield found
+        yield decided
 
 
 class _Watching:
-    """Answers what is asked, and beside it as it would be answered without rules.
+    """Wraps functions, and repeats each call without rules.
 
     Args:
-        found: takes the rules that make a difference.
+        deciding_rules: receives the rules that make a difference.
 
     """
 
-    def __init__(self, found: set[str]) -> None:
-        self._found = found
-        self._beside = False
+    def __init__(self, deciding_rules: set[str]) -> None:
+        self._deciding = deciding_rules
+        self._repeating = False
 
     def wrapped(self, name: str, rules: Sequence[str]) -> Any:
-        """Return what stands in for a function or property, and watches some rules."""
+        """Return a function or property that watches some rules."""
         owner, attribute = holder(name)
-        own = vars(owner)[attribute]
-        asked = own.fget if isinstance(own, property) else own
+        original = vars(owner)[attribute]
+        asked = original.fget if isinstance(original, property) else original
 
         def watching(*args: Any) -> Any:
-            others = {} if self._beside else {
+            others = {} if self._repeating else {
                 rule: self._without(rule, name, asked, args)
-                for rule in rules if rule not in self._found
+                for rule in rules if rule not in self._deciding
             }  # fmt: skip
-            said = asked(*args)
-            self._found |= {rule for rule, other in others.items() if not same(other, (said, args))}
-            return said
+            result = asked(*args)
+            self._deciding |= {
+                rule for rule, other in others.items() if not same(other, (result, args))
+            }
+            return result
 
-        return property(watching) if isinstance(own, property) else watching
+        return property(watching) if isinstance(original, property) else watching
 
     def _without(
         self, rule: str, name: str, asked: Callable[..., Any], args: Sequence[Any]
     ) -> tuple[Any, tuple[Any, ...]]:
-        """Return an answer without a rule, and what it makes of the arguments, kept aside."""
+        """Return the result without a rule, and the copied arguments after the call."""
         aside = tuple(map(_aside, args))
         without = RULES[rule].without
         fitters = [a for a in (*args, *map(_fitter, args)) if isinstance(a, Fitter)]
-        self._beside = True
+        self._repeating = True
         with _untouched(fitters), changed(without):
             other = without.get(name, asked)
-            said = other(*aside) if callable(other) else other
-        self._beside = False
-        return said, aside
+            result = other(*aside) if callable(other) else other
+        self._repeating = False
+        return result, aside
 
 
 def _aside(value: Any) -> Any:
-    """Return a copy of what a decision is written into, and anything else itself."""
+    """Return a copy of a round or search, into which decisions are written; else the value."""
     if not isinstance(value, (Round, Search)):
         return value
-    return replace(value, **{name: copy.copy(own) for name, own in vars(value).items()
-                             if isinstance(own, (list, dict))})  # fmt: skip
+    return replace(value, **{name: copy.copy(part) for name, part in vars(value).items()
+                             if isinstance(part, (list, dict))})  # fmt: skip
 
 
 def _fitter(value: Any) -> Any:

@@ -107,7 +107,7 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
 
     Args:
         file: the file.
-        headings: names and units of its columns, such as "position [mm]", if it does not tell.
+        headings: names and units of its columns, such as "position [mm]", if it has no header.
 
     Raises:
         UserError: if the ending is unknown, the file is damaged or too large, or its format needs

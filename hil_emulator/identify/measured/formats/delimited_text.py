@@ -25,7 +25,7 @@ LONGEST_LINE = input_files.MIB
 """Of a text [B]: a row of 100,000 cells (assumed)."""
 
 _COMMENTS = 20  # lines in which that mark may stand
-_LOOKED_AT = 200  # lines at the end of a file that tell how its cells are separated
+_LOOKED_AT = 200  # lines at the end of a file from which the separator is determined
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ _USUAL = _STYLES[0]
 
 
 def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
-    """Read a table; how its cells are separated is seen from its last lines.
+    """Read a table; its last lines determine the separator.
 
     Args:
         file: the file.
@@ -67,14 +67,14 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
     style = max(_STYLES, key=lambda s: _fit(last, s))
     try:
         cells = _cells(_rows(file, encoding), style, quotes=True)
-        found = rows.table(file, cells, style.decimal_comma, headings)
+        table = rows.table(file, cells, style.decimal_comma, headings)
     except csv.Error:  # an unclosed quotation mark
         cells = _cells(_rows(file, encoding), style, quotes=False)
-        found = rows.table(file, cells, style.decimal_comma, headings)
+        table = rows.table(file, cells, style.decimal_comma, headings)
     notes = [note] if note else []
     notes += [style.words] if style != _USUAL else []
-    own = _is_own(file, encoding) or None
-    return replace(found, set_point_first=own, notes=(*notes, *found.notes))
+    first = _is_own(file, encoding) or None
+    return replace(table, set_point_first=first, notes=(*notes, *table.notes))
 
 
 def encoding_of(file: Path) -> tuple[str, str]:
@@ -132,16 +132,16 @@ def _cells(lines: Iterable[str], style: _Style, *, quotes: bool) -> Iterator[lis
 
 
 def _fit(lines: Sequence[str], style: _Style) -> float:
-    """Return how well a style fits: the numbers it finds, where rows have equally many cells."""
+    """Return how well a style fits: the share of numbers, and of rows with equally many cells."""
     try:
-        found = list(_cells(lines, style, quotes=True))
+        split = list(_cells(lines, style, quotes=True))
     except csv.Error:
-        found = list(_cells(lines, style, quotes=False))
-    widths, counts = np.unique([len(row) for row in found], return_counts=True)
+        split = list(_cells(lines, style, quotes=False))
+    widths, counts = np.unique([len(row) for row in split], return_counts=True)
     width = int(widths[np.argmax(counts)])
     if width < 2:
         return 0.0
-    filled = [c for row in found for c in row if c.strip()]
+    filled = [c for row in split for c in row if c.strip()]
     good = sum(rows.number(c, style.decimal_comma) == rows.number(c, style.decimal_comma)
                or rows.moment(c) is not None for c in filled)  # fmt: skip
-    return float(counts.max() / len(found) * (0.1 + good / max(len(filled), 1)))
+    return float(counts.max() / len(split) * (0.1 + good / max(len(filled), 1)))

@@ -27,12 +27,12 @@ def read(file: Path) -> LogTable:
             clocks: dict[tuple[float, float, int], Array] = {}
             stated = sum(len(c) for g in source.groups() for c in g.channels())
             input_files.check_unpacked(file, 8 * stated)
-            found = [_column(c, clocks) for g in source.groups() for c in g.channels()]
+            read_columns = [_column(c, clocks) for g in source.groups() for c in g.channels()]
     except UserError:
         raise
     except Exception as error:  # npTDMS answers a damaged file with many kinds of exception
         raise UserError(f"{file}: is not a readable TDMS file: {error}") from None
-    columns = tuple(c for c in found if c is not None)
+    columns = tuple(c for c in read_columns if c is not None)
     by_rate = [c.name for c in columns if c.time is not None]
     notes = (f"time from the sample rate of {', '.join(by_rate)}",) if by_rate else ()
     return LogTable(columns, notes=notes)

@@ -48,7 +48,7 @@ def read(file: Path) -> LogTable:
     if any(other != names for _, other, _ in segments):
         raise UserError(f"{file}: its segments hold different channels; export them one by one")
     columns = head.get("X_Columns", ["One"])[0].strip()
-    parts = [_values(found, rows, len(names), columns, point) for found, names, rows in segments]
+    parts = [_values(header, rows, len(names), columns, point) for header, names, rows in segments]
     time = np.concatenate([t for t, _ in parts], axis=0)
     values = np.concatenate([v for _, v in parts], axis=0)
     units = segments[0][0].get("Y_Unit_Label", [])
@@ -57,10 +57,12 @@ def read(file: Path) -> LogTable:
     )
     made = []
     for i, name in enumerate(names):
-        own, unit = label(name)
+        name_without_unit, unit = label(name)
         stated = units[i].strip() if i < len(units) else ""
         place = i if columns == "Multi" else 0
-        made.append(LogColumn(own, unit or stated or None, values[:, i], time[:, place]))
+        made.append(
+            LogColumn(name_without_unit, unit or stated or None, values[:, i], time[:, place])
+        )
     return LogTable(_one_clock(made), notes=(note,))
 
 
@@ -70,14 +72,14 @@ def _header(cells: Cells) -> dict[str, list[str]]:
 
 def _segments(cells: Cells, ends: Sequence[int]) -> list[tuple[Header, list[str], Cells]]:
     """Return header, names and rows of each segment."""
-    found: list[tuple[Header, list[str], Cells]] = []
+    segments: list[tuple[Header, list[str], Cells]] = []
     for before, at, following in zip(ends, ends[1:], [*ends[2:], len(cells)], strict=False):
         header = _header(cells[_next_segment(cells, before + 1, at) : at])
         count = int(np.nan_to_num(number(header.get("Channels", ["0"])[0])))
         heads, *rows = cells[at + 1 : _next_segment(cells, at + 1, following)] or [[]]
         names = [c for c in heads if c.strip() not in ("X_Value", "Comment", "")]
-        found.append((header, names[:count], rows))
-    return found
+        segments.append((header, names[:count], rows))
+    return segments
 
 
 def _next_segment(cells: Cells, first: int, end: int) -> int:

@@ -46,9 +46,9 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
     except Exception as error:  # scipy answers a damaged file with many kinds of exception
         raise UserError(f"{file}: is not a readable MATLAB file: {error}") from None
     units = content.pop(UNITS, {})
-    own = content.pop(OWN_MARK, None) is not None
-    if own:
-        content.pop("model", None)  # what no sensor sees
+    of_emulator = content.pop(OWN_MARK, None) is not None
+    if of_emulator:
+        content.pop("model", None)  # signals of the model, which no sensor measures
     arrays = dict(_numbers(content))
     if headings:
         return LogTable(_matrix(file, arrays, headings), notes=("columns by --columns",))
@@ -58,18 +58,18 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
             f"{file}: holds no vectors; name the columns of a matrix, such as "
             '--columns "time [s],position [mm]"'
         )
-    known = units if isinstance(units, Mapping) else {}
+    stated = units if isinstance(units, Mapping) else {}
     lengths = [len(v) for v in vectors.values()]
     usual = max(set(lengths), key=lengths.count)
     columns = tuple(
-        LogColumn(n, (str(known[n]) or "1") if n in known else None, v)
+        LogColumn(n, (str(stated[n]) or "1") if n in stated else None, v)
         for n, v in vectors.items() if len(v) == usual
     )  # fmt: skip
-    return _with_seconds(LogTable(columns, set_point_first=own or None))
+    return _with_seconds(LogTable(columns, set_point_first=of_emulator or None))
 
 
 def _with_seconds(table: LogTable) -> LogTable:
-    """Return a table whose time is in seconds where it has no unit: a vector's name holds none."""
+    """Return a table whose time is in seconds if its name has no unit."""
     bare = [c.name for c in table.columns if c.unit is None and c.name in CLOCKS]
     if len(bare) != 1 or any(c.name == "time" for c in table.columns if c.name not in bare):
         return table

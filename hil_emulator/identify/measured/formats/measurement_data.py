@@ -1,4 +1,4 @@
-"""ASAM MDF (versions 3 and 4): channels with units, each group with a time base of its own."""
+"""ASAM MDF (versions 3 and 4): channels with units, each group with its time base."""
 
 import html
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from hil_emulator.identify.measured.bus_logging import DATA
 from hil_emulator.identify.measured.formats.table import ASAMMDF, LogColumn, LogTable, label, module
 
 OWN_MARK = '"hil-emulator"'
-"""What stands in the header of a file that the emulator has written."""
+"""Text in the header of a file that the emulator has written."""
 
 _BEGINNINGS = (b"MDF     ", b"UnFinMF ")
 _SMALLEST = 168  # bytes of identification and header block of version 4
@@ -22,7 +22,7 @@ _SMALLEST = 168  # bytes of identification and header block of version 4
 def read(file: Path, _: Sequence[str] = ()) -> LogTable:
     """Read every channel of one number per sample, under the names that the file gives them.
 
-    Values are physical ones, after the file's own conversions; samples that the file marks as
+    Values are physical ones, after the conversions in the file; samples that the file marks as
     invalid are missing.
 
     Raises:
@@ -38,13 +38,13 @@ def read(file: Path, _: Sequence[str] = ()) -> LogTable:
         with asammdf.MDF(file) as mdf:
             input_files.check_unpacked(file, sum(map(_stated, mdf.groups)))
             columns = tuple(c for g, _ in enumerate(mdf.groups) for c in _group(mdf, g))
-            own = OWN_MARK in html.unescape(str(mdf.header.comment))  # within XML
+            of_emulator = OWN_MARK in html.unescape(str(mdf.header.comment))  # within XML
     except UserError:
         raise
     except Exception as error:  # asammdf answers a damaged file with many kinds of exception
         trouble = str(error).partition("\n")[0] or type(error).__name__
         raise UserError(f"{file}: is not a readable MDF file: {trouble}") from None
-    return LogTable(columns, set_point_first=own or None)
+    return LogTable(columns, set_point_first=of_emulator or None)
 
 
 def _stated(group: Any) -> int:
@@ -53,7 +53,7 @@ def _stated(group: Any) -> int:
 
 
 def _group(mdf: Any, group: int) -> list[LogColumn]:
-    found = []
+    columns = []
     record = 8 * int(mdf.groups[group].channel_group.samples_byte_nr)
     for channel in mdf.groups[group].channels:
         if _last_bit(channel) > record:  # asammdf would read, and write, beyond its memory
@@ -65,7 +65,7 @@ def _group(mdf: Any, group: int) -> list[LogColumn]:
             continue
         signal = mdf.get(group=group, index=index, ignore_invalidation_bits=True)
         if channel.name == DATA and signal.samples.ndim == 2:
-            found += [LogColumn(f"{DATA}{i}", "1", byte.astype(np.float64), time)
+            columns += [LogColumn(f"{DATA}{i}", "1", byte.astype(np.float64), time)
                       for i, byte in enumerate(signal.samples.T)]  # fmt: skip
         if signal.samples.ndim != 1 or signal.samples.dtype.kind not in "iufb":
             continue
@@ -75,8 +75,8 @@ def _group(mdf: Any, group: int) -> list[LogColumn]:
         if time is None:  # one object for the group: its channels share their clock
             time = np.asarray(signal.timestamps, np.float64)
         name, unit = label(channel.name)
-        found.append(LogColumn(name, str(signal.unit or "").strip() or unit, values, time))
-    return found
+        columns.append(LogColumn(name, str(signal.unit or "").strip() or unit, values, time))
+    return columns
 
 
 def _last_bit(channel: Any) -> int:

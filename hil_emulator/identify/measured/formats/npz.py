@@ -1,4 +1,4 @@
-"""Arrays of numpy's archives, none larger than its own bytes in the file."""
+"""Arrays of numpy's archives, each as large as its bytes in the file."""
 
 import math
 import zipfile
@@ -20,7 +20,7 @@ _HEADERS = {
 def read(file: Path, limit: Limit) -> dict[str, np.ndarray[Any, Any]]:
     """Return all arrays of an archive by name.
 
-    numpy reserves what the header of an array states; here that has to be what follows it.
+    numpy reserves the memory that an array's header states; here that must be the size of its data.
 
     Raises:
         UserError: if the file is too large, or unpacks to more than `input_files` allows.
@@ -28,7 +28,7 @@ def read(file: Path, limit: Limit) -> dict[str, np.ndarray[Any, Any]]:
 
     """
     input_files.check_archive(file, limit)
-    found = {}
+    arrays = {}
     with zipfile.ZipFile(file) as archive:
         for member in archive.infolist():
             if not member.filename.endswith(_ENDING):
@@ -37,8 +37,8 @@ def read(file: Path, limit: Limit) -> dict[str, np.ndarray[Any, Any]]:
                 _check_header(stream, member)
                 stream.seek(0)
                 array = np.lib.format.read_array(stream, allow_pickle=False)
-            found[member.filename.removesuffix(_ENDING)] = array
-    return found
+            arrays[member.filename.removesuffix(_ENDING)] = array
+    return arrays
 
 
 def _check_header(stream: IO[bytes], member: zipfile.ZipInfo) -> None:

@@ -1,4 +1,4 @@
-"""The emulator's own recordings in numpy's format."""
+"""Recordings of the emulator in numpy's format."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Reading in a process of its own, for libraries that a damaged file can end."""
+"""Reading in a separate process, for libraries that a damaged file can crash."""
 
 import importlib
 import json
@@ -20,13 +20,13 @@ RUNNING = 2 * input_files.GIB
 """Address space of a process that has imported what it reads with [B] (measured: 1.3 GiB)."""
 
 COPIES = 4
-"""Copies of the content that reading has at a time: packed, unpacked, as numbers, written."""
+"""Simultaneous copies of the content during reading: packed, unpacked, as numbers, written."""
 
 _REFUSED = 2
 
 
 def read(reader: str, file: Path, headings: Sequence[str] = ()) -> LogTable:
-    """Read a file as a module of this folder does, whatever that does to its process.
+    """Read a file by a module of this folder in a separate process.
 
     asammdf and scipy's reader of MATLAB files read in C and trust lengths that a damaged file
     states: they may write beyond their memory, print, or end the process.
@@ -34,7 +34,7 @@ def read(reader: str, file: Path, headings: Sequence[str] = ()) -> LogTable:
     Args:
         reader: name of the module.
         file: the file.
-        headings: names and units of its columns, if it does not tell.
+        headings: names and units of its columns, if it has no header.
 
     Raises:
         UserError: as the module does, and if the process has ended.
@@ -69,28 +69,28 @@ def _limit_memory(file: Path) -> None:
 
 
 def _pack(table: LogTable, file: Path) -> None:
-    """Write a table as arrays: those of equal clocks share one, nothing in it is code."""
+    """Write a table as arrays without code; channels of one clock share an array."""
     clocks = {id(column.time): column.time for column in table.columns}
     places = {key: place for place, key in enumerate(clocks)}
     arrays: dict[str, Array] = {f"time_{places[k]}": t for k, t in clocks.items() if t is not None}
     arrays |= {f"values_{i}": column.values for i, column in enumerate(table.columns)}
     columns = [(c.name, c.unit, places[id(c.time)]) for c in table.columns]
-    told = json.dumps(
+    description = json.dumps(
         {"set_point_first": table.set_point_first, "notes": table.notes, "columns": columns}
     )
     with file.open("wb") as stream:
-        np.savez(stream, allow_pickle=False, told=np.array(told), **arrays)
+        np.savez(stream, allow_pickle=False, description=np.array(description), **arrays)
 
 
 def _unpacked(file: Path) -> LogTable:
     with np.load(file) as arrays:
-        told = json.loads(str(arrays["told"]))
+        description = json.loads(str(arrays["description"]))
         clocks = {name: arrays[name] for name in arrays.files if name.startswith("time_")}
         columns = tuple(
             LogColumn(name, unit, arrays[f"values_{index}"], clocks.get(f"time_{clock}"))
-            for index, (name, unit, clock) in enumerate(told["columns"])
+            for index, (name, unit, clock) in enumerate(description["columns"])
         )
-    return LogTable(columns, told["set_point_first"], tuple(told["notes"]))
+    return LogTable(columns, description["set_point_first"], tuple(description["notes"]))
 
 
 def _main(reader: str, file: str, table: str, *headings: str) -> int:

@@ -24,19 +24,19 @@ def read(file: Path) -> LogTable:
     arrow = module(PYARROW, file)
     storage = importlib.import_module("pyarrow.parquet")
     try:
-        with storage.ParquetFile(file) as source:  # one file, whatever folders are called
+        with storage.ParquetFile(file) as source:  # a single file, however folders are named
             stated = source.metadata
             input_files.check_unpacked(file, 8 * stated.num_rows * stated.num_columns)
             # texts may unpack to any size
             wanted = [f.name for f in source.schema_arrow if _is_wanted(arrow, f.type)]
             table = source.read(columns=wanted)
-        found = [_column(arrow, field, table.column(i)) for i, field in enumerate(table.schema)]
+        columns = [_column(arrow, field, table.column(i)) for i, field in enumerate(table.schema)]
     except UserError:
         raise
     except Exception as error:  # pyarrow answers damage with many kinds of exception
         raise UserError(f"{file}: is not a readable Parquet file: {error}") from None
-    own = OWN_MARK in (table.schema.metadata or {})
-    return LogTable(tuple(found), set_point_first=own or None)
+    of_emulator = OWN_MARK in (table.schema.metadata or {})
+    return LogTable(tuple(columns), set_point_first=of_emulator or None)
 
 
 def _is_wanted(arrow: Any, kind: Any) -> bool:

@@ -39,17 +39,17 @@ _DAY_FIRST = re.compile(
     r"^(\d{1,2})[./](\d{1,2})[./](\d{4})[ T]+(\d{1,2})(:\d{2}(?::\d{2}(?:[.,]\d+)?)?)$"
 )
 _MISSING = ("", "nan", "n/a", "na", "#n/a", "null", "none", "-", "inf", "-inf")
-"""What stands for a value that is missing, in lower case."""
+"""Texts that stand for a missing value, in lower case."""
 
 _GROUPS = re.compile(r"^[-+]?\d{1,3}(?:([.,'’\s])\d{3})(?:\1\d{3})*(?:[.,]\d*)?$")
-"""A number whose thousands are separated; `_grouped` says which of them are surely."""
+"""A number whose thousands may be separated; `_grouped` decides."""
 
 _UNIT = re.compile(r"^[\[(]?\s*([^\d\s\[\]()][^\s\[\]()]*(?:\([ga]\))?|-|1)?\s*[\])]?$")
 
 
 @dataclass(frozen=True)
-class Found:
-    """Where things are in rows.
+class Layout:
+    """Layout of the rows.
 
     Attributes:
         heads: name and unit of each column.
@@ -80,12 +80,12 @@ def table(
     """
     left = iter(rows)
     top = _top(left, decimal_comma)
-    found = _located(file, top, decimal_comma, headings)
-    width = len(found.heads)
+    layout = _located(file, top, decimal_comma, headings)
+    width = len(layout.heads)
     if width > WIDEST:
         raise UserError(f"{file}: has {width} columns; at most {WIDEST} are read")
-    columns = [_Cells(*head) for head in found.heads]
-    count, below = found.first, itertools.chain(top[found.first :], left)
+    columns = [_Cells(*head) for head in layout.heads]
+    count, below = layout.first, itertools.chain(top[layout.first :], left)
     while batch := list(itertools.islice(below, BATCH)):
         for i, row in enumerate(batch):
             if len(row) > width and any(cell.strip() for cell in row[width:]):
@@ -96,8 +96,8 @@ def table(
         input_files.check_unpacked(file, count * width * 8)
         for i, column in enumerate(columns):
             column.take([row[i] if i < len(row) else "" for row in batch], decimal_comma)
-    made = [column.column(found.notes) for column in columns]
-    return LogTable(_with_time(made, found.notes), notes=tuple(found.notes))
+    made = [column.column(layout.notes) for column in columns]
+    return LogTable(_with_time(made, layout.notes), notes=tuple(layout.notes))
 
 
 def _top(rows: Iterator[Row], decimal_comma: bool) -> list[Row]:
@@ -112,7 +112,7 @@ def _top(rows: Iterator[Row], decimal_comma: bool) -> list[Row]:
 
 def _located(
     file: Path, rows: Sequence[Row], decimal_comma: bool, headings: Sequence[str]
-) -> Found:
+) -> Layout:
     """Find the header: the row above the numbers, or above a row of units."""
     notes: list[str] = []
     numeric = (i for i, row in enumerate(rows) if _holds_numbers(row, decimal_comma))
@@ -124,7 +124,7 @@ def _located(
                 f"{file}: --columns names {len(heads)} columns, and the rows have "
                 f"{len(rows[first])} cells"
             )
-        return Found(heads, first, [f"columns by --columns, numbers from row {first + 1} on"])
+        return Layout(heads, first, [f"columns by --columns, numbers from row {first + 1} on"])
     if first == 0:
         raise UserError(
             f"{file}: has no header; name its {len(rows[0])} columns in their order, such as "
@@ -145,18 +145,18 @@ def _located(
     if units:
         heads = [(name, unit or _unit(cell))
                  for (name, unit), cell in zip(heads, units, strict=False)]  # fmt: skip
-    return Found(heads, first, notes)
+    return Layout(heads, first, notes)
 
 
 def _holds_numbers(row: Row, decimal_comma: bool) -> bool:
-    """Tell whether at least half of a row's cells are numbers or times."""
+    """Return whether at least half of a row's cells are numbers or times."""
     filled = [cell for cell in row if cell.strip()]
     good = [c for c in filled if math.isfinite(number(c, decimal_comma)) or moment(c) is not None]
     return bool(filled) and 2 * len(good) >= len(filled)
 
 
 def _holds_units(row: Row, above: Row) -> bool:
-    """Tell whether a row holds units for the names above it, which state none themselves."""
+    """Return whether a row holds units for the names above it, which have no units."""
     filled = [cell for cell in row if cell.strip()]
     return (
         len(filled) > 0
@@ -173,7 +173,7 @@ def _unit(cell: str) -> str | None:
 
 
 def number(cell: str, decimal_comma: bool = False) -> float:
-    """Return a number, NaN for what is none."""
+    """Return the number in a cell; NaN if there is no number."""
     text = cell.strip()
     if _grouped(text, decimal_comma):
         text = _without_groups(text, decimal_comma)
@@ -269,7 +269,7 @@ class _Cells:
 
 
 def _numbers(cells: Sequence[str], decimal_comma: bool) -> Array:
-    """Return the number of each cell, NaN for what is none."""
+    """Return the number in each cell; NaN if there is no number."""
     try:
         if not decimal_comma:  # most columns hold nothing else, and there are many cells
             return np.array(list(map(float, cells)))
@@ -298,7 +298,7 @@ def _seconds(moments: Sequence[datetime | timedelta | None]) -> Array:
 
 
 def _with_time(columns: list[LogColumn], notes: list[str]) -> tuple[LogColumn, ...]:
-    """Call the only column of dates or clocks `time`, where no other is called so."""
+    """Return columns in which the only column of dates or clocks is named `time`."""
     dated = [i for i, c in enumerate(columns) if any(f'"{c.name}" holds times' in n for n in notes)]
     if len(dated) == 1 and not any(c.name.lower() == "time" for c in columns):
         one = columns[dated[0]]

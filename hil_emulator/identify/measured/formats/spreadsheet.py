@@ -35,7 +35,7 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
                 filled = _filled(file, sheet)
                 first = list(itertools.islice(filled, 2))
                 if len(first) > 1:
-                    found = rows.table(file, itertools.chain(first, filled), headings=headings)
+                    table = rows.table(file, itertools.chain(first, filled), headings=headings)
                     break
             else:
                 raise UserError(f"{file}: no sheet holds a table")
@@ -44,7 +44,7 @@ def read(file: Path, headings: Sequence[str] = ()) -> LogTable:
     except Exception as error:  # openpyxl answers a damaged file with many kinds of exception
         raise UserError(f"{file}: is not a readable Excel workbook: {error}") from None
     others = f", of {len(sheets)} the first one with a table" if len(sheets) > 1 else ""
-    return replace(found, notes=(f'sheet "{sheet.title}"{others}', *found.notes))
+    return replace(table, notes=(f'sheet "{sheet.title}"{others}', *table.notes))
 
 
 def _filled(file: Path, sheet: Any) -> Iterator[list[str]]:

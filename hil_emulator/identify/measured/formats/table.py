@@ -1,4 +1,4 @@
-"""What every format is read into: columns with names, units and times."""
+"""Result of reading any format: columns with names, units and times."""
 
 import importlib
 import re
@@ -20,9 +20,9 @@ class LogColumn:
 
     Attributes:
         name: as it stands in the file.
-        unit: as it stands in the file: "1" for a plain number, None where none is stated.
+        unit: as it stands in the file: "1" for a plain number, None without a unit.
         values: in that unit, NaN where a value is missing.
-        time: of each value [s]; None where the table's column `time` tells.
+        time: of each value [s]; None if the table's column `time` holds it.
         text: a cell of a column that holds texts in most of its rows; "" for numbers.
 
     """
@@ -43,7 +43,7 @@ class LogTable:
         set_point_first: whether a row's set point had acted before its readings were taken, as
             the emulator records it; False: it acts from then on; None: not stated, so that is
             assumed.
-        notes: what was found while reading.
+        notes: remarks on the data.
 
     """
 

@@ -10,6 +10,13 @@ from hil_emulator.identify.prediction.observer.predictor import Predictor
 from hil_emulator.model.declare import is_on
 from hil_emulator.model.law_forms import FORMS, USUAL, ModelRun
 
+BENT = 3.0
+"""Standard deviations at which the curvature of an effect is taken."""
+
+CURVATURE = 1.0 / 3.0
+"""Standard deviation of k(k - 1)/6, with k of a standard normal distribution: an effect k standard
+deviations large has that part of the second difference."""
+
 
 def deviations(
     predictor: Predictor, frozen: Frozen, par: Array, chan: Array
@@ -36,7 +43,7 @@ def deviations(
         changes.append(np.sum(each, axis=0, dtype=np.float64))
         laws += [form.law] * len(changes[-1])
     for law, change in _usual(predictor, frozen, par, chan):
-        laws.append(law)
+        laws += [law] * len(change)
         changes.append(change)
     return tuple(laws), np.concatenate(changes)
 
@@ -44,7 +51,10 @@ def deviations(
 def _usual(
     predictor: Predictor, frozen: Frozen, par: Array, chan: Array
 ) -> Iterator[tuple[str, Array]]:
-    """Yield the same of each effect that every machine has a little of, shape (1, residuals)."""
+    """Yield the same of each effect that every machine has a little of, shape (2, residuals).
+
+    Twice an effect does not do twice as much: the second difference holds by how much.
+    """
     model, base = predictor.model, predictor.innovations(frozen, par, chan)[0]
     effects = {e.name: e for e in model.effects}
     for usual in (u for u in USUAL if u.name in effects):
@@ -52,7 +62,10 @@ def _usual(
         at = list(model.kernel.parameters.names or ()).index(knob)
         if is_on(effects[usual.name], par[at]):
             continue
-        other = par.copy()
-        other[at] = usual.size(model.plant_values)
-        change = predictor.innovations(frozen, other, chan)[0] - base
-        yield usual.law, change.reshape(1, -1)
+        changes = []
+        for size in (1.0, BENT):
+            other = par.copy()
+            other[at] = size * usual.size(model.plant_values)
+            changes.append((predictor.innovations(frozen, other, chan)[0] - base).ravel())
+        bend = CURVATURE * (changes[1] - BENT * changes[0])
+        yield usual.law, np.stack([changes[0], bend])

@@ -31,12 +31,16 @@ from hil_emulator.identify.prediction.observer.tuning import decay, tuning
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.prediction.plant.probes import PROBES
 from hil_emulator.identify.prediction.residuals.correlation import Noise
+from hil_emulator.identify.prediction.residuals.huber import tamed
 from hil_emulator.identify.prediction.residuals.integrated_out import integrated_out
 from hil_emulator.identify.prediction.residuals.noise import noise_levels, quiet_rms
 from hil_emulator.model.sensors import wiring
 
 INNOVATION_CORRELATION_TIME = 0.1
 """Least time over which innovations are taken to be correlated [s] (assumed)."""
+
+REWEIGHED = 2
+"""Times that weights are computed anew from what other forms of the base laws leave."""
 
 RECENT = 4
 """Points at which the innovations are kept."""
@@ -266,6 +270,21 @@ class Observer:
         frozen.forms = None
         laws, columns = deviations(self, frozen, par, chan)
         frozen.forms = integrated_out(columns, laws)
+        for _ in range(REWEIGHED):
+            left = frozen.forms.of(tamed(self.innovations(frozen, par, chan)[0]))
+            finer = self._quiet(frozen, left.reshape(frozen.data.measured.shape))
+            frozen.weights = frozen.weights * finer
+            columns = columns * np.tile(finer, len(frozen.data.measured))
+            frozen.forms = integrated_out(columns, laws)
+
+    def log_determinant(self, frozen: Frozen) -> float:
+        """Return the logarithm of the determinant of the innovations' covariance."""
+        counted = ~frozen.data.settling
+        roots = np.linalg.slogdet(frozen.gains.whitening[counted].astype(np.float64))[1]
+        present = np.isfinite(frozen.data.measured[counted]).sum(axis=0)
+        weighed = float(roots.sum() + present @ np.log(frozen.weights))
+        forms = 0.0 if frozen.forms is None else frozen.forms.log_determinant
+        return forms - 2.0 * weighed
 
     def _propagated(self, frozen: Frozen, entry: Entries, inputs: Array, outputs: Array) -> Single:
         """Return what terms make of the whitened innovations, shape (terms, samples, channels)."""
@@ -289,13 +308,21 @@ class Observer:
         A missing effect acts in a part of the time; the quiet part tells how large noise is.
         """
         frozen.weights = np.ones(len(frozen.channels))
+        frozen.weights = self._quiet(frozen, self.innovations(frozen, par, chan)[0])
+
+    def _quiet(self, frozen: Frozen, residual: Array) -> Array:
+        """Return one over how large each channel's residual is where nothing is missing.
+
+        Args:
+            frozen: an experiment.
+            residual: of shape (samples, channels).
+
+        """
         counted = ~frozen.data.settling
-        raw = self.innovations(frozen, par, chan)[0][counted]
-        present = np.isfinite(frozen.data.measured)[counted]
+        raw, present = residual[counted], np.isfinite(frozen.data.measured)[counted]
         length = round(INNOVATION_CORRELATION_TIME / frozen.data.period)
         spread = np.array([quiet_rms(raw[present[:, j], j], length) for j in range(raw.shape[1])])
-        scale = np.sqrt(frozen.experiment.copies)
-        frozen.weights = 1.0 / (scale * spread)
+        return np.asarray(1.0 / (np.sqrt(frozen.experiment.copies) * spread))
 
 
 def _divided(current: Array, period: float) -> Array:

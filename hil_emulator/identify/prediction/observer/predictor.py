@@ -1,5 +1,6 @@
 """What a search needs of whatever predicts: the whole actuator, or the force balance alone."""
 
+import math
 from collections.abc import Sequence
 from typing import Any, Protocol
 
@@ -67,6 +68,12 @@ class Predictor(Protocol):
     def integrated_out(self, frozen: Any, rows: Array) -> Array:
         """Return rows, shape (..., residuals), with such forms integrated out."""
 
+    def log_determinant(self, frozen: Any) -> float:
+        """Return the logarithm of the determinant of the innovations' covariance.
+
+        NaN where it does not depend on the parameters at which an experiment is frozen.
+        """
+
     def regressors(self, frozen: Any, path: Array) -> Regressors:
         """Return what a term may depend on."""
 
@@ -96,3 +103,7 @@ class ExactForms:
     def integrated_out(self, frozen: Any, rows: Array) -> Array:
         """Return the rows."""
         return rows
+
+    def log_determinant(self, frozen: Any) -> float:
+        """Return that the covariance does not depend on the parameters."""
+        return math.nan

@@ -89,6 +89,11 @@ class ClusterBatch:
         kept = _mapped(self._client, _shared, self._kept, self._predictor, noise)
         return ClusterBatch(self._client, self._predictor, kept, self._points, noise)
 
+    def log_determinant(self) -> float:
+        """Return the sum over the experiments."""
+        each = _mapped(self._client, _log_determinant, self._kept, self._predictor)
+        return float(sum(gathered(self._client, each)))
+
     def residuals(self, points: Sequence[Point], most: float = math.inf) -> Iterator[Array]:
         """Yield the residual at each point, flat and whole, of all experiments in their order."""
         yield from self._in_parts(points, _residuals)
@@ -152,6 +157,10 @@ def _freeze(experiment: Experiment, predictor: Serialised, point: Point) -> _Kep
 
 def _seen(kept: _Kept, predictor: Serialised) -> Correlogram | None:
     return deserialised(predictor).noise_seen(kept.frozen)
+
+
+def _log_determinant(kept: _Kept, predictor: Serialised) -> float:
+    return deserialised(predictor).log_determinant(kept.frozen)
 
 
 def _shared(kept: _Kept, predictor: Serialised, noise: Noise) -> _Kept:

@@ -43,6 +43,9 @@ class Batch(Protocol):
     def sharing(self, noise: Noise) -> "Batch":
         """Return the same, weighed by another noise."""
 
+    def log_determinant(self) -> float:
+        """Return the sum of `Predictor.log_determinant` over the experiments."""
+
     def residuals(self, points: Sequence[Point], most: float = math.inf) -> Iterator[Array]:
         """Yield the residual at each point, flat, of all experiments in their order.
 
@@ -107,6 +110,10 @@ class LocalBatch:
         """Return the same, weighed by another noise."""
         frozen = [sharing(self.predictor, f, noise) for f in self.frozen]
         return replace(self, frozen=frozen, noise=noise)
+
+    def log_determinant(self) -> float:
+        """Return the sum over the experiments."""
+        return sum(self.predictor.log_determinant(f) for f in self.frozen)
 
     def residuals(self, points: Sequence[Point], most: float = math.inf) -> Iterator[Array]:
         """Yield the residual at each point, as far as its sum of squares is wanted."""

@@ -22,12 +22,14 @@ class IntegratedOut:
     Attributes:
         columns: X', of all differences, shape (differences, residuals).
         removal: what lies between X and X', shape (differences, differences).
+        log_determinant: of I + X X', its logarithm.
         laws: the law of each difference, in words.
 
     """
 
     columns: Array
     removal: Array
+    log_determinant: float
     laws: tuple[str, ...] = ()
 
     def of(self, rows: Array | Single) -> Array:
@@ -45,4 +47,5 @@ def integrated_out(columns: Array, laws: tuple[str, ...] = ()) -> IntegratedOut:
     powers, vectors = np.linalg.eigh(x @ x.T)
     powers = np.maximum(powers, NEGLIGIBLE)
     kept = (1.0 - 1.0 / np.sqrt(1.0 + powers)) / powers
-    return IntegratedOut(x, (vectors * kept) @ vectors.T, laws)
+    grown = float(np.log1p(powers).sum())
+    return IntegratedOut(x, (vectors * kept) @ vectors.T, grown, laws)

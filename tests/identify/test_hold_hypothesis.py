@@ -1,4 +1,4 @@
-"""A second search, where a slow log's current may have done something else between the rows."""
+"""A second search with another course of a slow log's current between the rows."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -6,19 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hil_emulator.identify import second_search
+from hil_emulator.identify import hold_hypothesis
 from hil_emulator.identify.conclusion.record_limits import doubt_rows
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.set_point_course import Investigation
 from hil_emulator.identify.estimation.settled import Settled
+from hil_emulator.identify.hold_hypothesis import Searched, searched, widen
 from hil_emulator.identify.measured.between_rows import CONTROLLER, SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.prediction.plant.parameters import candidates, ordinary
-from hil_emulator.identify.second_search import Searched, searched, widen
-from hil_emulator.identify.selection.certainty import disbelief
+from hil_emulator.identify.selection.certainty import prior_penalty
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.search import Searcher
 from tests.identify.rig_data import INSTRUMENTS, knee_model
@@ -41,22 +41,22 @@ def lateness(late: float, effects: list[Coordinate]) -> Search:
 
 
 def answered(
-    found: Callable[[Investigation], Search], told: bool = False, named: bool = True
+    result_of: Callable[[Investigation], Search], stated: bool = False, named: bool = True
 ) -> Searched:
-    """Return the answer where the readings do not tell what the current did.
+    """Return the answer if the readings do not determine the course of the current.
 
     Args:
-        found: what a search finds.
-        told: whether the user has said what it did.
+        result_of: returns the result of a search.
+        stated: whether the user has stated the course.
         named: whether the first search may name a dead time.
 
     """
     asked = replace(GIVEN, answer="unknown", candidates=GIVEN.candidates if named else [])
 
     def search(asked: Investigation) -> Searched:
-        return Searched(asked, SEARCHER, found(asked))
+        return Searched(asked, SEARCHER, result_of(asked))
 
-    return searched(OBSERVER, GIVEN, asked, told, search, lambda _: None)
+    return searched(OBSERVER, GIVEN, asked, stated, search, lambda _: None)
 
 
 def searched_again(first: float, second: float, named: bool) -> Searched:
@@ -69,13 +69,13 @@ def searched_again(first: float, second: float, named: bool) -> Searched:
 
     """
 
-    def found(asked: Investigation) -> Search:
+    def result_of(asked: Investigation) -> Search:
         if asked.answer == "held":
             return lateness(0.0, [])
         late = HOLD + (second if asked.candidates else first)
         return lateness(late, asked.candidates if named else [])
 
-    return answered(found, named=False)
+    return answered(result_of, named=False)
 
 
 @pytest.mark.parametrize(
@@ -83,46 +83,45 @@ def searched_again(first: float, second: float, named: bool) -> Searched:
     [("unknown", "held", True), ("moves", "held", True), ("held", "held", False),
      ("moves", "unknown", True)],
 )  # fmt: skip
-def test_a_search_begins_anew_where_what_was_found_gives_another_answer(
+def test_a_search_begins_anew_if_named_effects_give_another_course(
     monkeypatch: pytest.MonkeyPatch, before: SetPoints, after: SetPoints, anew: bool
 ) -> None:
-    """A missing effect may look like a current that moves: with it in the model, it is asked again.
+    """A missing effect may look like a moving current: the course is estimated again with it.
 
-    That the readings do not tell is another answer, too. Who has found nothing has nothing to ask
-    with.
+    "unknown" is another course, too. Without a named effect the course is not estimated again.
     """
-    monkeypatch.setattr(second_search, "followed", lambda *_: replace(GIVEN, answer=after))
-    asked, found = replace(GIVEN, answer=before), lateness(0.0, [DEAD_TIME])
-    again = second_search.asked_again(OBSERVER, GIVEN, asked, found, lambda _: None)
+    monkeypatch.setattr(hold_hypothesis, "followed", lambda *_: replace(GIVEN, answer=after))
+    asked, search = replace(GIVEN, answer=before), lateness(0.0, [DEAD_TIME])
+    again = hold_hypothesis.reconsidered(OBSERVER, GIVEN, asked, search, lambda _: None)
     assert (again is not None) == anew
-    assert second_search.asked_again(OBSERVER, GIVEN, asked, Search([]), lambda _: None) is None
+    assert hold_hypothesis.reconsidered(OBSERVER, GIVEN, asked, Search([]), lambda _: None) is None
 
 
 @pytest.mark.parametrize(
     ("moving", "holding", "holds"), [(4.0, 3.0, True), (4.0, 5.0, False), (0.5, 0.0, False)]
 )
-def test_a_current_is_held_where_less_has_to_be_believed(
+def test_a_current_is_held_if_its_parameters_are_more_plausible(
     moving: float, holding: float, holds: bool
 ) -> None:
-    """It is asked where one of two answers is hard to believe, and the other may be harder."""
+    """The more plausible course is chosen if one of them needs implausible parameters."""
     knob = replace(ordinary(knee_model())[0], prior=1.0)
 
-    def found(asked: Investigation) -> Search:
+    def result_of(asked: Investigation) -> Search:
         at = holding if asked.answer == "held" else moving
         return Search([], final=Fit([knob], np.array([at]), np.zeros(0), np.zeros((0, 1)), 0.0))
 
-    last = answered(found)
-    assert last.believed == holds
-    assert (last.asked.answer == "held") == holds
-    assert answered(found, told=True).asked.answer == "unknown"
+    last = answered(result_of)
+    assert last.held_assumed == holds
+    assert (last.investigation.answer == "held") == holds
+    assert answered(result_of, stated=True).investigation.answer == "unknown"
 
 
-def test_what_is_hard_to_believe_counts_in_usual_deviations() -> None:
-    """Three of them are nine, however wide one is; an effect may have any size."""
+def test_the_prior_penalty_counts_in_prior_deviations() -> None:
+    """Three deviations give nine for any width; the size of an effect does not count."""
     ordinary_one = replace(ordinary(knee_model())[0], prior=0.5)
     effect = replace(DEAD_TIME, prior=np.inf)
     fit = Fit([ordinary_one, effect], np.array([1.5, 7.0]), np.zeros(0), np.zeros((0, 2)), 0.0)
-    assert disbelief(fit) == pytest.approx(9.0)
+    assert prior_penalty(fit) == pytest.approx(9.0)
 
 
 @pytest.mark.parametrize(
@@ -132,20 +131,20 @@ def test_what_is_hard_to_believe_counts_in_usual_deviations() -> None:
 def test_a_current_later_than_one_that_is_held_has_a_dead_time(
     beyond: float, named: bool, again: bool
 ) -> None:
-    """It is searched for, and what is found without it stays if it does not pass."""
+    """The dead time is searched for; without a name the first result stays."""
     last = searched_again(beyond, beyond, named)
     assert bool(last.named) == (again and named)
 
 
 def test_a_dead_time_that_is_no_longer_than_a_hold_has_no_name() -> None:
-    """It seemed longer beside another valve; with the one that it is found by, a hold explains it.
+    """With the valve of the second search a hold explains the delay.
 
-    Then nothing is missing if the current was held, and it is said that it is if it moved.
+    Then nothing is missing if the current was held; a note states that a dead time is if it moved.
     """
     last = searched_again(4e-4, -5e-5, True)
     assert last.named == set()
-    assert last.believed
-    assert "if it moved, a dead time is missing" in last.asked.learn[0].notes[-1]
+    assert last.held_assumed
+    assert "if it moved, a dead time is missing" in last.investigation.learn[0].notes[-1]
 
 
 @pytest.mark.parametrize(
@@ -155,16 +154,16 @@ def test_a_dead_time_that_is_no_longer_than_a_hold_has_no_name() -> None:
 def test_a_current_that_may_be_held_is_where_nothing_else_is_missing(
     late: float, names: bool, holds: bool
 ) -> None:
-    """It comes late as a held one does, and no dead time need be missing; or it comes in time."""
+    """The current is late by a hold, and no dead time is needed; or it is not late."""
 
-    def found(asked: Investigation) -> Search:
+    def result_of(asked: Investigation) -> Search:
         return lateness(late, [DEAD_TIME] if names and asked.answer == "held" else [])
 
-    last = answered(found)
-    assert last.believed == holds
-    assert (last.asked.answer == "held") == holds
+    last = answered(result_of)
+    assert last.held_assumed == holds
+    assert (last.investigation.answer == "held") == holds
     result = Result("nothing_missing", "nothing")
-    doubt_rows(result, last.asked.answer, last.asked.learn, last.believed)
+    doubt_rows(result, last.investigation.answer, last.investigation.learn, last.held_assumed)
     assert ("if the current is held" in result.reason) == holds
 
 
@@ -174,30 +173,32 @@ def test_a_dead_time_is_missing_where_a_held_current_has_one_as_well(
 ) -> None:
     """A current that moves comes later than a hold, though a slow valve may bear it, too."""
 
-    def found(asked: Investigation) -> Search:
+    def result_of(asked: Investigation) -> Search:
         return lateness(HOLD + beyond, [DEAD_TIME] if asked.answer == "held" else [])
 
-    last = answered(found)
-    assert (last.asked.answer, last.believed) == (("held", True) if has else ("unknown", False))
+    last = answered(result_of)
+    assert (last.investigation.answer, last.held_assumed) == (
+        ("held", True) if has else ("unknown", False)
+    )
     assert last.named == ({DEAD_TIME.name} if has else set())
-    said = " ".join(last.asked.learn[0].notes)
-    assert ("in any case, a dead time is missing" in said) == has
+    notes = " ".join(last.investigation.learn[0].notes)
+    assert ("in any case, a dead time is missing" in notes) == has
 
 
 @pytest.mark.parametrize(("answer", "wider"), [("unknown", True), ("held", False)])
 def test_an_interval_holds_the_value_that_a_held_current_has(
     monkeypatch: pytest.MonkeyPatch, answer: SetPoints, wider: bool
 ) -> None:
-    """Where nobody can tell whether it was held, four deviations farther are in it, too."""
+    """If the course is unknown, the interval also holds the value that is four deviations away."""
     valve = next(c for c in ordinary(knee_model()) if c.name == "valve_natural_frequency")
     fit = Fit([valve, DEAD_TIME], np.ones(2), np.zeros(0), np.zeros((0, 2)), 0.0)
-    found = Search([valve], final=fit)
-    found.settled = Settled(fit, {valve.name: 0.3, DEAD_TIME.name: 0.1}, {}, [])
+    search = Search([valve], final=fit)
+    search.settled = Settled(fit, {valve.name: 0.3, DEAD_TIME.name: 0.1}, {}, [])
     apart = {valve.name: 0.4, DEAD_TIME.name: 9.0}
-    monkeypatch.setattr(second_search, "shifts", lambda *_: apart)
-    last = Searched(replace(GIVEN, answer=answer), SEARCHER, found)
-    said = widen(OBSERVER, last, lambda _: None)
-    assert [note for note in said if "intervals" in note] == said
-    assert bool(said) == wider
-    assert found.settled.deviations[valve.name] == pytest.approx(0.5 if wider else 0.3)
-    assert found.settled.deviations[DEAD_TIME.name] == 0.1
+    monkeypatch.setattr(hold_hypothesis, "shifts", lambda *_: apart)
+    last = Searched(replace(GIVEN, answer=answer), SEARCHER, search)
+    notes = widen(OBSERVER, last, lambda _: None)
+    assert [note for note in notes if "intervals" in note] == notes
+    assert bool(notes) == wider
+    assert search.settled.deviations[valve.name] == pytest.approx(0.5 if wider else 0.3)
+    assert search.settled.deviations[DEAD_TIME.name] == 0.1

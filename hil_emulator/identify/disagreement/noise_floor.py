@@ -1,11 +1,10 @@
-"""What a model that is right in everything would still leave: sensor noise and disturbances.
+"""Floor: the error of a perfect model, from sensor noise and disturbances.
 
-Null drift, supply ripple and unmodelled forces and flows push the machine away from any model. How
-far follows from the predictor's own linearisation: the covariance of its error under each source,
-carried one step ahead and through the free run. How strong each source is, the data say, by how
-the errors grow with time since a restart. The null may drift faster than the predictor assumes, as
-the data show; everything else counts for no more than it assumes of a usual machine, so that no
-more missing physics than that can hide in the floor.
+Null drift, supply ripple and unmodelled forces and flows move the machine away from any model. The
+predictor's linearisation gives the covariance of the error from each source, one step ahead and
+along the free run. The strength of a source is estimated from the growth of the errors with the
+time since a restart. The null may drift faster than the predictor assumes. The strengths of all
+other sources are limited to the assumed ones, so that the floor cannot hide larger missing physics.
 """
 
 from collections.abc import Sequence
@@ -22,22 +21,22 @@ from hil_emulator.identify.prediction.observer.frozen_experiment import Frozen
 from hil_emulator.identify.prediction.observer.observer import Observer
 
 AGES = (1e-3, 2e-3, 5e-3, 1e-2, 2e-2, 5e-2, 0.1, 0.2, RESTART_INTERVAL)
-"""Ends of the ages of the free run by which the sources' strengths are read [s] (assumed)."""
+"""Ends of the classes of time since a restart, by which strengths are estimated [s] (assumed)."""
 
 HOLD = 0.1
-"""Weight of the assumed strength of a source that the data do not show (assumed)."""
+"""Weight of the assumed strength in the estimate of a strength (assumed)."""
 
 
 FASTER = 25.0
-"""Largest variance of the null's drift over the assumed one (assumed: five times the deviation)."""
+"""Largest ratio of estimated and assumed variance of the null's drift (assumed: 5 squared)."""
 
 
 @dataclass(frozen=True)
 class Floor:
-    """Variance that each source leaves, SI, shape (sources, samples, channels).
+    """Variance of the error from each source, SI, shape (sources, samples, channels).
 
-    The first source is the sensors' noise, with what is not known of the current between rows; the
-    last two are drift of null and supply.
+    The first source is the sensors' noise, with the uncertainty of the current between rows. The
+    last two are the drifts of null and supply.
     """
 
     one_step: Array
@@ -45,7 +44,7 @@ class Floor:
 
 
 def spread(observer: Observer, frozen: Frozen, replay: Replay) -> Floor:
-    """Return what each source leaves in one experiment, at the strength that is assumed."""
+    """Return the variance from each source in one experiment, at its assumed strength."""
     moving = np.flatnonzero(frozen.tuning.diffusion > 0.0)
     diffusion = np.zeros((len(moving), len(frozen.tuning.diffusion)))
     diffusion[np.arange(len(moving)), moving] = frozen.tuning.diffusion[moving]
@@ -58,20 +57,20 @@ def spread(observer: Observer, frozen: Frozen, replay: Replay) -> Floor:
         frozen.gains, frozen.jacobians, frozen.noise**2, frozen.data.unknown, diffusion,
         Restarts(first, window), one, free,
     )  # fmt: skip
-    # of a long recording these are large
+    # single precision: a long recording needs much memory
     return Floor(one.astype(np.float32), free.astype(np.float32))
 
 
 def strengths(floors: Sequence[Floor], replays: Sequence[Replay], period: float) -> Array:
-    """Return how strong each source is over what is assumed, the sensors' noise first.
+    """Return the ratio of the estimated and the assumed strength of each source.
 
     Args:
         floors: of the experiments of one machine.
-        replays: the errors of the fitted model in them.
+        replays: errors of the fitted model in these experiments.
         period: sample period [s].
 
     Returns:
-        One number per source; ones where no free run is long enough to tell.
+        One number per source, the sensors' noise first; 1 if all free runs are too short.
 
     """
     ages = np.concatenate([r.age for r in replays])
@@ -93,8 +92,8 @@ def strengths(floors: Sequence[Floor], replays: Sequence[Replay], period: float)
     others = table.shape[1] - 2
     highest = np.ones(others)
     highest[-DISTURBANCES] = FASTER
-    found = lsq_linear(
+    estimate = lsq_linear(
         np.vstack([table[:, 1:-1], HOLD * np.eye(others)]),
         np.concatenate([table[:, -1] - table[:, 0], np.full(others, HOLD)]), bounds=(0.0, highest),
     )  # fmt: skip
-    return np.concatenate([[1.0], found.x])
+    return np.concatenate([[1.0], estimate.x])

@@ -1,0 +1,74 @@
+"""Where a first fit begins: by unstated numbers of which a machine may have far more or far less.
+
+A fit that begins with an edge five times as narrow, or a seal ten times as stiff, as those of the
+machine ends in another minimum.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from hil_emulator.identify.estimation.map_fit import LEAST_GAIN, Fitter
+from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+
+WIDE = math.log(2.0)
+"""Logarithm of the factor that one standard deviation is, from which a number is tried."""
+
+LEVELS = (-2.0, -1.0, 1.0, 2.0, 3.0)
+"""Standard deviations at which it is tried."""
+
+
+def coarse_start(fitter: Fitter, free: Sequence[Coordinate]) -> Array:
+    """Return where the deviance is least, of a few values of each wide number in turn.
+
+    Args:
+        fitter: with the training data; its gains are frozen anew.
+        free: everything that is fitted.
+
+    Returns:
+        coordinates; zero where a number is stated or narrow.
+
+    """
+    best = np.zeros(len(free))
+    wide = [i for i, c in enumerate(free) if _wide(c)]
+    if not wide:
+        return best
+    least = _deviance(fitter, free, best)
+    for i in wide:
+        for tried in list(_levels(free[i], best, i)):
+            deviance = _deviance(fitter, free, tried)
+            if deviance < least - LEAST_GAIN:
+                least, best = deviance, tried
+    return best
+
+
+def with_usual(
+    fitter: Fitter, free: Sequence[Coordinate], usual: Sequence[Coordinate]
+) -> tuple[list[Coordinate], Array]:
+    """Return what is fitted, with the usual effects that the data show, and where a fit begins."""
+    every = [*free, *usual]
+    start = coarse_start(fitter, every)
+    kept = [i for i, c in enumerate(every) if i < len(free) or start[i] != 0.0]
+    return [every[i] for i in kept], start[kept]
+
+
+def _wide(c: Coordinate) -> bool:
+    if c.is_knob and c.neutral == 0.0:
+        return True
+    logarithmic = c.scaling in ("logarithmic", "vanishing")
+    return not c.stated and logarithmic and c.prior * c.scale > WIDE
+
+
+def _levels(c: Coordinate, at: Array, i: int) -> Iterator[Array]:
+    """Yield a point with one coordinate at each level that is within its bounds."""
+    low, high = c.bounds
+    sizes = {float(np.clip(level * c.prior, low, high)) for level in LEVELS}
+    for size in sorted(sizes):
+        yield np.where(np.arange(len(at)) == i, size, at)
+
+
+def _deviance(fitter: Fitter, free: Sequence[Coordinate], at: Array) -> float:
+    fitter.freeze(free, at)
+    return fitter.deviance(free, at)

@@ -1,0 +1,52 @@
+"""Where the first fit begins, and that a fit ends no worse than it began."""
+
+import numpy as np
+import pytest
+
+from hil_emulator.identify.estimation.coarse_search import coarse_start, with_usual
+from hil_emulator.identify.estimation.map_fit import Fitter
+from hil_emulator.identify.estimation.outer_iteration import converge
+from hil_emulator.identify.prediction.observer.observer import Observer
+from hil_emulator.identify.prediction.plant import parameters
+from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
+
+REYNOLDS = "valve_critical_reynolds_number"
+
+
+def fitter(**changes: float) -> Fitter:
+    """Return a fitter of a short recording of a machine."""
+    data = [recorded(changes, "multisine", 3, 0.5)]
+    return Fitter(Observer(knee_model(), INSTRUMENTS), data)
+
+
+@pytest.mark.parametrize(("number", "sense"), [(120.0, 1.0), (14.7, 0.0), (2.0, -1.0)])
+def test_a_fit_begins_near_an_unstated_number_that_is_far_off(number: float, sense: float) -> None:
+    """Edges that are laminar eight times as far, as usual, or hardly at all; the rest as stated."""
+    free = parameters.ordinary(knee_model())
+    names = [c.name for c in free]
+    start = coarse_start(fitter(valve_critical_reynolds_number=number), free)
+    assert np.sign(start[names.index(REYNOLDS)]) == sense
+    assert not any(at for c, at in zip(free, start, strict=True) if c.stated)
+
+
+def test_a_usual_effect_is_a_parameter_where_the_data_show_it() -> None:
+    """A coil of 0.4 ms is fitted; of a machine without one it is left out."""
+    free, usual = parameters.ordinary(knee_model()), parameters.usual(knee_model())
+    assert [c.name for c in usual] == ["driver_lag"]
+    slow, start = with_usual(fitter(driver_lag_time_constant=4e-4), free, usual)
+    assert slow[-1].name == "driver_lag"
+    assert slow[-1].value(start[-1]) == pytest.approx(4e-4, rel=0.5)
+    assert with_usual(fitter(), free, usual)[0] == free
+
+
+def test_a_fit_beside_a_missing_effect_ends_no_worse_than_it_began() -> None:
+    """With a large overlap missing, parameters do not run away from where they are likely."""
+    free = parameters.ordinary(knee_model())
+    with_overlap = fitter(overlap_lap=2e-4)
+    with_overlap.freeze(free, np.zeros(len(free)))
+    begun = with_overlap.deviance(free, np.zeros(len(free)))
+    fit = converge(with_overlap, free, np.zeros(len(free)))
+    assert fit.deviance <= begun
+    assert fit.frozen is not None
+    with_overlap.freeze(free, fit.frozen)
+    assert with_overlap.deviance(free, fit.frozen) == pytest.approx(fit.deviance)
