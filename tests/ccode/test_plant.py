@@ -71,6 +71,7 @@ def chain(random: np.random.Generator) -> dict[str, dict[str, float]]:
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(10))
 def test_its_trajectories_are_those_of_the_built_in_plant(
     seed: int, model: Kernel, in_c: CompiledPlant

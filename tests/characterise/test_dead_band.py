@@ -70,6 +70,7 @@ def test_edges_closed_at_null_have_no_pressure_sensitivity(bench: Put) -> None:
     assert "edges closed at null" in pressure_gain.run(tight).inapplicable[0]
 
 
+@pytest.mark.slow
 def test_the_oils_resonance_is_not_the_spools(bench: Put) -> None:
     """60 Hz of the mass on its oil at mid-stroke, whether the spool has 35 Hz or 250 Hz."""
     slow, quick = (force_poles.run(bench(valve_natural_frequency=f)) for f in (35.0, 250.0))

@@ -39,6 +39,7 @@ def run(node: Node, eds: Path, *more: str, only: set[str] | None = None) -> Resu
         return run_in_lock_step(peer, stepper(node, port), NODE, eds, only, more=more)
 
 
+@pytest.mark.slow
 def test_stored_parameters_are_kept(eds: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Parameters and mappings stored by a user are kept, also after failed cases."""
     node = make_node(eds, NODE)
@@ -61,6 +62,7 @@ def test_stored_parameters_are_kept(eds: Path, monkeypatch: pytest.MonkeyPatch) 
     assert {entry: entry.value for entry in parameters} == before
 
 
+@pytest.mark.slow
 def test_self_starting_devices_pass(eds: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A device that enters OPERATIONAL by itself passes if 0x1F80 or the option allows it."""
     MUTANTS["nmt_starts_by_itself"].apply(monkeypatch)

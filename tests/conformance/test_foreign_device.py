@@ -98,6 +98,7 @@ def test_reasons_are_printed_as_cases_end(
     assert line in report.partition("CANopen conformance")[0]
 
 
+@pytest.mark.slow
 def test_a_self_starting_device_is_named(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

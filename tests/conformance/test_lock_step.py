@@ -29,6 +29,7 @@ def test_every_shipped_device_conforms(eds: Path, node_id: int) -> None:
     results.check(skipped=inapplicable(eds, node_id))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "files",
     [pytest.param(["configs/hyq_knee.toml"], id="combined"),

@@ -73,6 +73,7 @@ SWINGING = [
 resonance, and its speed turns against the current."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "kind"), SWINGING)
 def test_a_machine_that_swings_slowly_has_one_clock(name: str, kind: str) -> None:
     """Its own lags are as long as its period: they change with the motion, and seem to drift."""

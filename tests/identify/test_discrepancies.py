@@ -157,6 +157,7 @@ def test_what_acts_in_a_balance_of_no_effect_is_unknown(returning: tuple[Fitter,
     assert discrepancies.other_laws() == {}
 
 
+@pytest.mark.slow
 def test_nothing_is_left_with_the_true_law(returning: tuple[Fitter, Fitter]) -> None:
     """The line's own law leaves nothing that is worth a word, and is not called another one."""
     discrepancies = discrepancies_of(returning, [COORDINATES["back_pressure"]])
@@ -185,6 +186,7 @@ def test_what_an_effect_makes_is_what_a_model_without_it_misses(
     assert discrepancies.made[name].own == pytest.approx(without.chi2 - fit.chi2, rel=0.12)
 
 
+@pytest.mark.slow
 def test_a_law_that_does_not_fit_is_another_one() -> None:
     """Friction that grows towards the ends of the stroke, named as one that has a direction."""
     changes = {"position_friction_rise": 1.0}

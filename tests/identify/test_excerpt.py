@@ -81,6 +81,7 @@ def test_an_excerpt_stands_for_all_data(few: None) -> None:
     assert anew(fitter, base, whole) is whole
 
 
+@pytest.mark.slow
 def test_a_sensor_is_seen_there_as_well(few: None) -> None:
     """A sensor's effect on the residuals has the same weight as that of other effects."""
     fitter, part = leaking()

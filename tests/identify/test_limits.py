@@ -42,6 +42,7 @@ def recorded(kind: str, rate: float = RATE, duration: float = 1.0) -> Experiment
     return record(healthy, {}, kind, (7, kind == "steps"), duration, False)
 
 
+@pytest.mark.slow
 def test_a_limit_is_tried_nearer_than_infinity(unlimited: Configuration) -> None:
     """Its derivative is nothing, and it is the likeliest of all candidates all the same."""
     model = PlantModel(unlimited, CACHE)

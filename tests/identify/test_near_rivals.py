@@ -78,6 +78,7 @@ def test_a_pump_that_brings_a_state_is_found_in_the_place_of_one_without(
     assert weighed(again, "variable_pump") is near["variable_pump"]
 
 
+@pytest.mark.slow
 def test_a_rival_that_was_not_refitted_is_tried_where_its_slope_leads(
     pumped: tuple[Fitter, Search, Round],
 ) -> None:

@@ -7,6 +7,7 @@ from hil_emulator.identify.session import Question
 from tests.identify.rig_data import CACHE, knee, recorded, without
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "missing"), [(5, ()), (8, ("load_force",))])
 def test_both_commands_judge_a_healthy_machine_alike(seed: int, missing: tuple[str, ...]) -> None:
     """With fewer channels, too: no balance disagrees where nothing is missing."""

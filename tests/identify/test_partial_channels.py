@@ -16,6 +16,7 @@ from tests.identify.rig_data import CACHE, knee, recorded
 HEALTHY = recorded({}, "multisine", 3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("channel", "rows"),
     [

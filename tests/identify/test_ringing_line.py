@@ -36,6 +36,7 @@ def at_a_line(experiment: Experiment, channel: str) -> Experiment:
     return replace(experiment, readings={**experiment.readings, channel: read})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("channel", "balance"), [("pressure_a", TAP_A), ("pressure_b", TAP_B)])
 def test_a_line_that_rings_shows_at_its_sensor(channel: str, balance: object) -> None:
     """Of all free terms that of its curvature explains the most, but for its own calibration."""

@@ -53,6 +53,7 @@ def rippling() -> tuple[Fitter, Fit]:
     return fitted(0.09)
 
 
+@pytest.mark.slow
 def test_the_ripple_is_as_large_as_it_is(rippling: tuple[Fitter, Fit]) -> None:
     """The standard deviation of a sine wave is its amplitude over the root of two."""
     assert Ripple(*rippling).share == pytest.approx(0.09 / np.sqrt(2.0), rel=0.3)

@@ -20,6 +20,7 @@ def led_to_its_row(e: Experiment) -> Experiment:
     return replace(e, current=np.append(e.current[:1], e.current[:-1]), order_assumed=True)
 
 
+@pytest.mark.slow
 def test_a_row_of_shift_is_seen_and_taken_back() -> None:
     """A healthy machine agrees, whichever order its log has; a note names the option."""
     log = led_to_its_row(HEALTHY)

@@ -11,6 +11,7 @@ from hil_emulator.identify.prediction.plant.parameters import ordinary
 pytestmark = pytest.mark.usefixtures("exact_forms")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("effect", "field", "channel", "true", "close"),
     [

@@ -136,6 +136,7 @@ def test_an_interrupted_search_keeps_what_it_found(moment: int) -> None:
     assert bool(result.gap) == (moment > 1)
 
 
+@pytest.mark.slow
 def test_linear_algebra_keeps_to_one_thread() -> None:
     """Searches side by side do not fight for the cores: small matrices need no threads."""
     train, other = campaign({})

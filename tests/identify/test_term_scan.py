@@ -37,6 +37,7 @@ def returning() -> Seen:
     return fitter, score_terms(fitter, free, fit.at, Projection(fit)), fit
 
 
+@pytest.mark.slow
 def test_a_narrow_return_line_is_a_pressure_over_the_flow_through_it(returning: Seen) -> None:
     """No other balance explains as much, and the curve rises with the square."""
     best = max(returning[1], key=lambda t: t.certain)
@@ -46,6 +47,7 @@ def test_a_narrow_return_line_is_a_pressure_over_the_flow_through_it(returning: 
     assert abs(best.curve[1]) < 0.2 * best.curve[-1]
 
 
+@pytest.mark.slow
 def test_the_return_line_is_what_the_term_comes_nearest_to(returning: Seen) -> None:
     """Though sensors that are off explain something of it too."""
     fitter, terms, _ = returning

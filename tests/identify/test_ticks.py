@@ -93,6 +93,7 @@ def test_probes_act_where_code_knows_only_what_acts(
         np.testing.assert_array_equal(one, other)
 
 
+@pytest.mark.slow
 def test_loops_serve_every_model(model: PlantModel) -> None:
     """A model with other effects, such as one's own, compiles its functions, but no loop again."""
     sensors = tuple(effect for effect in CATALOGUE if effect.stage in SAMPLED)

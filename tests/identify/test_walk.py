@@ -99,6 +99,7 @@ def test_the_walk_is_in_the_order_of_a_run(run: tuple[list[str], dict[str, Any]]
     assert [file for file in files if file in WALK] == WALK
 
 
+@pytest.mark.slow
 def test_the_walk_ends_with_the_result(run: tuple[list[str], dict[str, Any]]) -> None:
     """The hidden effect is named, and the last file of the walk holds the result."""
     files, result = run

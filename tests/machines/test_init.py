@@ -81,6 +81,7 @@ def test_closed_it_rings_at_the_frequency_of_mass_on_oil(machine: Path) -> None:
     assert float(found[1]) == pytest.approx(expected, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_larger_valves_and_pressures_have_an_eds_that_carries_them(tmp_path: Path) -> None:
     """40 mA can be commanded, 300 bar in an annulus be shown, and a force of meganewtons."""
     file, result = init(
@@ -99,6 +100,7 @@ def test_larger_valves_and_pressures_have_an_eds_that_carries_them(tmp_path: Pat
     assert digits["2030"] * (2**31 - 1) > 300e5 * math.pi * 0.2**2
 
 
+@pytest.mark.slow
 def test_a_solenoid_of_more_amperes_than_nanoamperes_carry_has_coarser_digits(
     tmp_path: Path,
 ) -> None:

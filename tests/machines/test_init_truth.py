@@ -114,6 +114,7 @@ def test_a_slope_stands_for_the_weight(tmp_path: Path) -> None:
         text_of(given | {"mass": "50 t"})
 
 
+@pytest.mark.slow
 def test_the_pump_limits_the_speed_that_is_printed(tmp_path: Path) -> None:
     """q/A: 12 l/min into 40 mm bore are 0.159 m/s, whatever the valve would pass."""
     slow = init(tmp_path, "--pump", "fixed", "--pump-flow", "12 l/min")[1].output

@@ -100,6 +100,7 @@ def state(plants: list[Plant]) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
+@pytest.mark.slow
 def test_a_free_leg_keeps_its_energy(two_actuators: kernel.Kernel) -> None:
     """Nothing but gravity acts on the double pendulum: kinetic and potential energy add up."""
     links = Links()

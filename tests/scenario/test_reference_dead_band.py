@@ -8,6 +8,7 @@ import hil_emulator as hil
 from hil_emulator.platform.paths import shipped
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lap", ["0.1 mA", "1.5 mA"])
 def test_the_reference_controller_crosses_a_dead_band(tmp_path: Path, lap: str) -> None:
     """Out and back it arrives within half a millimetre in a second, and stays there."""

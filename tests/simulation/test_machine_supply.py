@@ -135,6 +135,7 @@ def test_both_sensors_of_supply_pressure_read_the_shared_one(
     assert read[0] != read[1]
 
 
+@pytest.mark.slow
 def test_a_setting_of_one_is_that_of_the_shared_supply(write: Write, assembled: Assembled) -> None:
     """A setting of 120 bar at the knee also applies to the hip."""
     machine, peers = assembled(write())

@@ -96,6 +96,7 @@ def test_a_loop_as_configured_agrees(tmp_path: Path) -> None:
     assert result["verdict"] == "agrees"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lap", [0.0, OVERLAP])
 def test_a_gain_follows_from_flow_and_deviation(lap: float) -> None:
     """Edges that creep where narrow do not bend it, nor does a dead band."""

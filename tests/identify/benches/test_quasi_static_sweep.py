@@ -60,6 +60,7 @@ def test_a_valve_as_configured_agrees(tmp_path: Path) -> None:
     assert gain["refitted"] == pytest.approx(1.04 * gain["configured"], rel=3e-3)
 
 
+@pytest.mark.slow
 def test_pressures_of_blocked_ports_are_those_at_which_flows_balance(tmp_path: Path) -> None:
     """Leakage through the edges has filled the ports: within 10 Pa of the closed form."""
     _, current = triangle(400.0, 2.0, 3e-4, 1)

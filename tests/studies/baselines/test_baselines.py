@@ -41,6 +41,7 @@ def test_a_large_leak_is_found_by_bic(way: Way) -> None:
     assert value == pytest.approx(LEAK, rel=0.33)
 
 
+@pytest.mark.slow
 def test_a_large_leak_is_found_by_sparse_regression() -> None:
     """It is among the terms that the regression keeps."""
     replay = Replay(knee_model(), recordings(LEAK), "equation error")
