@@ -132,7 +132,6 @@ class UsualEffect:
         name: name of the effect.
         size: standard deviation of its knob, from the machine's parameters.
         source: source of the size.
-        fitted: whether it is a parameter where data show it, as it does not act in proportion.
 
     """
 
@@ -140,7 +139,6 @@ class UsualEffect:
     name: str
     size: Callable[[Mapping[str, float]], float]
     source: str
-    fitted: bool = False
 
 
 THIRD_ORDER = 0.3
@@ -155,7 +153,7 @@ USUAL = (
     UsualEffect("stiffness of the oil", "modulus_pressure", lambda _: 15.0,
                 "5 to 12 of oil alone, more with hoses (Gholizadeh et al. 2011)"),
     UsualEffect("stiffness of the oil", "entrained_air", lambda _: 0.003, "assumed: 0.1 to 1 %"),
-    UsualEffect("dynamics of the spool", "driver_lag", _further_lag, "coil and driver", True),
+    UsualEffect("dynamics of the spool", "driver_lag", _further_lag, "coil and driver"),
     UsualEffect("dynamics of the spool", "pilot_lag", _further_lag, "Thayer 1965"),
 )  # fmt: skip
 """Effects that every machine has to a small extent."""

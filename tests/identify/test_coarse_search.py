@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hil_emulator.identify.estimation.coarse_search import coarse_start, with_usual
+from hil_emulator.identify.estimation.coarse_search import coarse_start
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.prediction.observer.observer import Observer
@@ -27,16 +27,6 @@ def test_a_fit_begins_near_an_unstated_number_that_is_far_off(number: float, sen
     start = coarse_start(fitter(valve_critical_reynolds_number=number), free)
     assert np.sign(start[names.index(REYNOLDS)]) == sense
     assert not any(at for c, at in zip(free, start, strict=True) if c.stated)
-
-
-def test_a_usual_effect_is_a_parameter_where_the_data_show_it() -> None:
-    """A coil of 0.4 ms is fitted; of a machine without one it is left out."""
-    free, usual = parameters.ordinary(knee_model()), parameters.usual(knee_model())
-    assert [c.name for c in usual] == ["driver_lag"]
-    slow, start = with_usual(fitter(driver_lag_time_constant=4e-4), free, usual)
-    assert slow[-1].name == "driver_lag"
-    assert slow[-1].value(start[-1]) == pytest.approx(4e-4, rel=0.5)
-    assert with_usual(fitter(), free, usual)[0] == free
 
 
 def test_a_fit_beside_a_missing_effect_ends_no_worse_than_it_began() -> None:

@@ -44,19 +44,7 @@ def coarse_start(fitter: Fitter, free: Sequence[Coordinate]) -> Array:
     return best
 
 
-def with_usual(
-    fitter: Fitter, free: Sequence[Coordinate], usual: Sequence[Coordinate]
-) -> tuple[list[Coordinate], Array]:
-    """Return what is fitted, with the usual effects that the data show, and where a fit begins."""
-    every = [*free, *usual]
-    start = coarse_start(fitter, every)
-    kept = [i for i, c in enumerate(every) if i < len(free) or start[i] != 0.0]
-    return [every[i] for i in kept], start[kept]
-
-
 def _wide(c: Coordinate) -> bool:
-    if c.is_knob and c.neutral == 0.0:
-        return True
     logarithmic = c.scaling in ("logarithmic", "vanishing")
     return not c.stated and logarithmic and c.prior * c.scale > WIDE
 

@@ -6,6 +6,7 @@ that ripples along the stroke: what explains hardly anything is named only where
 else.
 """
 
+import itertools
 import math
 from collections.abc import Callable
 
@@ -55,6 +56,27 @@ def re_examine(fitter: Fitter, search: Search, tell: Callable[[str], None]) -> N
             search.adopt(fit)
             tell(f"{name} is no longer needed")
             return
+
+
+def hardly_likelier(search: Search, base: Fit) -> bool:
+    """Tell whether the last effect makes the data hardly more likely, next to what others do.
+
+    Each model has its own gains here. With gains of the model before, which correct much of what a
+    law leaves, an effect may gain far more.
+
+    Args:
+        search: with the effect in the model.
+        base: the fit with it.
+
+    """
+    last = search.rounds[-1] if search.rounds else None
+    names = {c.name for c in base.coordinates}
+    if last is None or not last.accepted or search.dropped:
+        return False
+    bases = [*(r.base for r in search.rounds if r.accepted), base]
+    falls = [one.deviance - other.deviance for one, other in itertools.pairwise(bases)]
+    earlier = {c.name for one in bases for c in one.coordinates}
+    return len(falls) > 1 and earlier <= names and falls[-1] < INEXACT * max(falls[:-1])
 
 
 def standing(fitter: Fitter, search: Search, fit: Fit, name: str) -> float:

@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from hil_emulator.identify.estimation.coarse_search import with_usual
+from hil_emulator.identify.estimation.coarse_search import coarse_start
 from hil_emulator.identify.estimation.excerpt import Excerpt, excerpt_of
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, score_terms
@@ -17,9 +17,14 @@ from hil_emulator.identify.estimation.settled import settled
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.observer.predictor import Predictor
 from hil_emulator.identify.prediction.parallel.pool import Batch, Pool
-from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
-from hil_emulator.identify.selection.certainty import apart, faint, not_by_chance, re_examine
+from hil_emulator.identify.selection.certainty import (
+    apart,
+    faint,
+    hardly_likelier,
+    not_by_chance,
+    re_examine,
+)
 from hil_emulator.identify.selection.discrepancies import Discrepancies
 from hil_emulator.identify.selection.evidence import Trial
 from hil_emulator.identify.selection.law_between import between, left_in_place
@@ -107,7 +112,14 @@ class Searcher:
         """Search until nothing more is justified."""
         search = self._begin()
         while True:
-            found = self._round(search)
+            self.tell(f"refitting {len(search.free)} parameters")
+            base = self._converged(search)
+            if hardly_likelier(search, base):
+                name = search.effects[-1].name
+                why = "named, but the data are hardly more likely with it"
+                self._take_out(search, name, why, search.rounds[-1].base)
+                break
+            found = self._judged_from(search, base)
             search.rounds.append(found)
             judge(search, found)
             for _ in range(BETTER_BASES):
@@ -154,23 +166,14 @@ class Searcher:
 
     def _begin(self) -> Search:
         self.tell("choosing where the fit begins")
-        candidates = {c.name for c in self.candidates}
-        usual = [c for c in parameters.usual(self.predictor.model) if c.name in candidates]
-        self.nuisances, start = with_usual(self.fitter, self.nuisances, usual)
-        ordinary = {c.name for c in self.nuisances}
-        self.candidates = [c for c in self.candidates if c.name not in ordinary]
         self._search = Search(self.nuisances)
-        self._search.at = start
+        self._search.at = coarse_start(self.fitter, self.nuisances)
         return self._search
 
     def _converged(self, search: Search, passes: int = 8) -> Fit:
         """Refit everything in the model, and go on from there."""
         fitter, last = self.fitter, search.final
         return search.settle(converge(fitter, search.free, search.at, search.effects, passes, last))
-
-    def _round(self, search: Search) -> Round:
-        self.tell(f"refitting {len(search.free)} parameters")
-        return self._judged_from(search, self._converged(search))
 
     def _led_to_better(self, search: Search, found: Round) -> Fit | None:
         """Return a better fit without any candidate, if the best fit with one has led there.
@@ -321,13 +324,15 @@ class Searcher:
                         for name, part in beside.lacks.items()}  # fmt: skip
         return beside
 
-    def _take_out(self, search: Search, name: str, why: str) -> None:
+    def _take_out(self, search: Search, name: str, why: str, before: Fit | None = None) -> None:
         """Take an effect out of the model at the end, and look again at what remains.
 
         What remains may resemble nothing as much as this effect.
         """
         itself, last = search.selected_in(name).trials[0].score, search.rounds[-1]
         search.remove(name, why)
+        if before is not None:
+            search.settle(before)
         base = self._converged(search, 2)
         search.rounds.append(Round(base, [itself, *last.scores], [], self._terms(base)))
 

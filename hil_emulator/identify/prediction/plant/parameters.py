@@ -13,7 +13,6 @@ from hil_emulator.identify.prediction.plant.coordinate import Coordinate, scaled
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel, concerns, predictable
 from hil_emulator.model import quantities
 from hil_emulator.model.declare import Effect, Param, Spread, is_on
-from hil_emulator.model.law_forms import USUAL
 from hil_emulator.model.stages import SAMPLED
 
 FREE = "supply_pressure"
@@ -28,9 +27,6 @@ UNKNOWN_SEALS = {"cylinder_piston_area": 0.10}
 
 CARRIAGE = {"load_mass": 0.10}
 """The same where a drive moves the load (assumed: a carriage known from its drawing)."""
-
-LEAST_USUAL = 0.25
-"""Part of the usual size of an effect below which it is taken for zero (assumed)."""
 
 
 def ordinary(
@@ -96,19 +92,6 @@ def _knob(effect: Effect, param: Param, value: float, tolerance: float) -> Coord
         shown=param.shown, scale=abs(value) * tolerance, neutral=value, scaling="linear",
         low=param.low, high=param.high, prior=1.0, effect=effect,
     )  # fmt: skip
-
-
-def usual(model: PlantModel) -> list[Coordinate]:
-    """Return effects that are off and that every machine has a little of, as parameters."""
-    effects = {e.name: e for e in model.effects}
-    coordinates = []
-    for one in (u for u in USUAL if u.fitted and u.name in effects):
-        knob = model.knob(effects[one.name], "", 1.0)
-        size = one.size(model.plant_values)
-        if knob.neutral == effects[one.name].off == 0.0:
-            # a smaller one is stiff, and shows no more than zero does
-            coordinates.append(replace(knob, scale=size, low=LEAST_USUAL * size, stated=False))
-    return coordinates
 
 
 def candidates(model: PlantModel, channels: tuple[str, ...]) -> list[Coordinate]:
