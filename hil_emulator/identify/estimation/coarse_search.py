@@ -16,8 +16,15 @@ from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 WIDE = math.log(2.0)
 """Logarithm of the factor that one standard deviation is, from which a number is tried."""
 
-LEVELS = (-2.0, -1.0, 1.0, 2.0, 3.0)
+LEVELS = (-2.0, -1.0, 0.0, 1.0, 2.0, 3.0)
 """Standard deviations at which it is tried."""
+
+NEARLY_ZERO = 0.8
+"""Part of the way to zero at which a number is tried: at zero itself its influence has no
+derivative, and a fit would not leave it (assumed)."""
+
+SWEEPS = 2
+"""Times that all numbers are tried: one that makes up for another goes back the second time."""
 
 
 def coarse_start(fitter: Fitter, free: Sequence[Coordinate]) -> Array:
@@ -36,7 +43,7 @@ def coarse_start(fitter: Fitter, free: Sequence[Coordinate]) -> Array:
     if not wide:
         return best
     least = _deviance(fitter, free, best)
-    for i in wide:
+    for i in wide * SWEEPS:
         for tried in list(_levels(free[i], best, i)):
             deviance = _deviance(fitter, free, tried)
             if deviance < least - LEAST_GAIN:
@@ -52,8 +59,10 @@ def _wide(c: Coordinate) -> bool:
 def _levels(c: Coordinate, at: Array, i: int) -> Iterator[Array]:
     """Yield a point with one coordinate at each level that is within its bounds."""
     low, high = c.bounds
+    if c.scaling == "vanishing":
+        low *= NEARLY_ZERO
     sizes = {float(np.clip(level * c.prior, low, high)) for level in LEVELS}
-    for size in sorted(sizes):
+    for size in sorted(sizes - {float(at[i])}):
         yield np.where(np.arange(len(at)) == i, size, at)
 
 

@@ -167,7 +167,11 @@ class Searcher:
     def _begin(self) -> Search:
         self.tell("choosing where the fit begins")
         self._search = Search(self.nuisances)
-        self._search.at = coarse_start(self.fitter, self.nuisances)
+        self._search.at = np.zeros(len(self.nuisances))
+        start = coarse_start(self.fitter, self.nuisances)
+        if start.any():
+            fits = [converge(self.fitter, self.nuisances, at) for at in (self._search.at, start)]
+            self._search.settle(min(fits, key=lambda fit: fit.deviance))
         return self._search
 
     def _converged(self, search: Search, passes: int = 8) -> Fit:
