@@ -114,7 +114,7 @@ class Searcher:
         while True:
             self.tell(f"refitting {len(search.free)} parameters")
             base = self._converged(search)
-            if hardly_likelier(search, base):
+            if search.effects and hardly_likelier(search, base):
                 name = search.effects[-1].name
                 why = "named, but the data are hardly more likely with it"
                 self._take_out(search, name, why, search.rounds[-1].base)
