@@ -33,7 +33,7 @@ def returning() -> Seen:
     model = knee_model()
     free = parameters.ordinary(model)
     fitter = Fitter(Observer(model, INSTRUMENTS), data)
-    fit = converge(fitter, free, np.zeros(len(free)), passes=2)
+    fit = converge(fitter, free, np.zeros(len(free)))
     return fitter, score_terms(fitter, free, fit.at, Projection(fit)), fit
 
 
@@ -43,7 +43,7 @@ def test_a_narrow_return_line_is_a_pressure_over_the_flow_through_it(returning: 
     best = max(returning[1], key=lambda t: t.certain)
     assert best.title == "return pressure over return flow"
     flow = best.knots[-1]
-    assert best.curve[-1] == pytest.approx(RESISTANCE * flow**2, rel=0.35)
+    assert best.curve[-1] == pytest.approx(RESISTANCE * flow**2, rel=0.3)
     assert abs(best.curve[1]) < 0.2 * best.curve[-1]
 
 

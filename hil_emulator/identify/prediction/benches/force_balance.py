@@ -163,7 +163,7 @@ class StaticObserver(ExactForms):
             edges = reversals(position, velocity, RETREAT * par[self._distance])
             present[: edges[1] if len(edges) > 2 else 0] = False
         else:
-            # between the readings around a gap nothing tells where the rod turned
+            # between the readings around a gap the data do not show where the rod turned
             bend = PRESLIDING_OF_GUIDES if self.driven else PRESLIDING
             present[seen] &= _sliding(position[seen], velocity[seen], bend)
         states[~present] = 0.0

@@ -1,4 +1,4 @@
-"""How large a machine is beside the reference machine, for which effects declare typical sizes.
+"""Size of a machine relative to the reference machine, for which effects declare typical sizes.
 
 Currents of a valve follow its rated current (`model.rating`). All else follows from four ratios:
 pressure, area of the piston, stroke and flow through the valve.
