@@ -99,7 +99,7 @@ def test_a_fit_at_its_minimum_reports_convergence() -> None:
     fitter.freeze(free, np.zeros(2))
     fit = fitter.fit(free, np.zeros(2), 8)
     again = fitter.fit(free, fit.at, 8, jacobian=fit.jacobian)
-    assert again.settled
+    assert again.converged
     assert again.chi2 == pytest.approx(fit.chi2, abs=LEAST_MENDED)
 
 

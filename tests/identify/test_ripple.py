@@ -9,8 +9,8 @@ from hil_emulator.config.load import load
 from hil_emulator.identify.estimation import ripple
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.map_fit import Fitter
+from hil_emulator.identify.estimation.reported_model import report_model
 from hil_emulator.identify.estimation.ripple import Ripple, ripples
-from hil_emulator.identify.estimation.settled import settled
 from hil_emulator.identify.prediction.observer import windows
 from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant import parameters
@@ -63,7 +63,7 @@ def test_a_law_of_friction_does_not_absorb_ripple(rippling: tuple[Fitter, Fit]) 
     """Its error exceeds the noise if ripple is ignored, and does not if ripple is fitted."""
     fitter, fit = rippling
     white = np.sqrt(np.diag(fit.covariance())[-len(KNOBS) :])
-    final = settled(fitter, fit, KNOBS, None, [])
+    final = report_model(fitter, fit, KNOBS, None, [])
     assert final is not None
     reported = np.array([final.deviations[c.name] for c in KNOBS])
     before, after = (f.at[-len(KNOBS) :] - TRUE for f in (fit, final.fit))
@@ -74,7 +74,7 @@ def test_a_law_of_friction_does_not_absorb_ripple(rippling: tuple[Fitter, Fit]) 
 
 def test_sizes_of_a_law_that_fits_are_alike(rippling: tuple[Fitter, Fit]) -> None:
     """Effects that do not depend on the position have one size in all experiments."""
-    final = settled(*rippling, KNOBS, None, [])
+    final = report_model(*rippling, KNOBS, None, [])
     assert final is not None
     for name in ("stribeck_friction", "friction_asymmetry"):
         sizes = final.sizes[name]
@@ -84,7 +84,7 @@ def test_sizes_of_a_law_that_fits_are_alike(rippling: tuple[Fitter, Fit]) -> Non
 
 def test_what_lasts_widens_no_belief(rippling: tuple[Fitter, Fit]) -> None:
     """Stops that the rod never meets are as uncertain as a data sheet leaves them, and no more."""
-    final = settled(*rippling, KNOBS, None, [])
+    final = report_model(*rippling, KNOBS, None, [])
     assert final is not None
     assert final.deviations["end_stops"] == pytest.approx(1.0, abs=1e-3)
     white = np.sqrt(np.diag(final.fit.covariance()))
@@ -126,7 +126,7 @@ def test_a_step_that_is_taken_in_part_leaves_the_rest_to_the_experiments(
     wanted = []
     for part in (1.0, 0.5):
         monkeypatch.setattr(ripple, "PARTS", (part,))
-        final = settled(fitter, fit, KNOBS, None, [])
+        final = report_model(fitter, fit, KNOBS, None, [])
         assert final is not None
         for name, sizes in final.sizes.items():
             mean = np.average(sizes.values, weights=1.0 / np.array(sizes.variances))

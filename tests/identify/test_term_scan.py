@@ -40,7 +40,7 @@ def returning() -> Seen:
 @pytest.mark.slow
 def test_a_narrow_return_line_is_a_pressure_over_the_flow_through_it(returning: Seen) -> None:
     """No other balance explains as much, and the curve rises with the square."""
-    best = max(returning[1], key=lambda t: t.certain)
+    best = max(returning[1], key=lambda t: t.excess)
     assert best.title == "return pressure over return flow"
     flow = best.knots[-1]
     assert best.curve[-1] == pytest.approx(RESISTANCE * flow**2, rel=0.3)
@@ -67,8 +67,8 @@ def test_a_term_of_each_balance_is_scored(returning: Seen) -> None:
         if balance is not NULL_FLOW  # a bench with flow meters shows it
     }
     assert all(0.0 < t.usual < t.limit for t in terms)
-    best = max(terms, key=lambda t: t.certain)
-    assert 0.0 < best.certain < best.surplus < best.statistic
+    best = max(terms, key=lambda t: t.excess)
+    assert 0.0 < best.excess < best.surplus < best.statistic
 
 
 def test_of_each_balance_few_terms_keep_what_is_large(returning: Seen) -> None:

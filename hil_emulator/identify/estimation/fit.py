@@ -14,7 +14,7 @@ TOLERATED = 2.0
 """Prior standard deviations within which an ordinary parameter is believed: 95 % of machines have
 it there, as of any normal distribution."""
 
-HARDLY_TOLD = 1e-13
+LEAST_INFORMATION = 1e-13
 """Part of the best known direction's information below which rounding decides: 16 digits hold the
 sum of a thousand products to that."""
 
@@ -32,7 +32,7 @@ class Fit:
         jacobian: its derivative, shape (residuals, coordinates).
         chi2: sum of squares, priors included.
         effective: number of independent values among the residuals; None for all of them.
-        settled: whether no step by this Jacobian leads further.
+        converged: whether no step by this Jacobian leads further.
         further: covariance of the coordinates beyond that of noise; None for none.
         frozen: where the gains were computed that it was made with; None if unknown.
         deviance: there, see `Fitter.deviance`.
@@ -45,7 +45,7 @@ class Fit:
     jacobian: Array
     chi2: float
     effective: float | None = None
-    settled: bool = False
+    converged: bool = False
     further: Array | None = None
     frozen: Array | None = None
     deviance: float = math.nan
@@ -84,7 +84,7 @@ class Fit:
         told = np.diag(information)
         scale = 1.0 / np.sqrt(np.where(told > 0.0, told, 1.0))
         values, vectors = np.linalg.eigh(information * np.outer(scale, scale))
-        kept = values > HARDLY_TOLD * values[-1] if len(values) else values > 0.0
+        kept = values > LEAST_INFORMATION * values[-1] if len(values) else values > 0.0
         root = scale[:, None] * vectors[:, kept] / np.sqrt(values[kept])
         known = root @ root.T
         return np.asarray(known if self.further is None else known + self.further)

@@ -90,7 +90,7 @@ class DiscrepancyTerm:
         return self.surplus / max(1.0, self.usual / len(self.knots))
 
     @property
-    def certain(self) -> float:
+    def excess(self) -> float:
         """Gain in chi-square beyond what chance hardly ever reaches."""
         return self.statistic - self.limit
 

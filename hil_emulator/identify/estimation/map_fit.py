@@ -234,7 +234,7 @@ class Fitter:
         free, weights = list(coordinates), prior_rows(coordinates)
         at = np.array(start, dtype=np.float64)
         residual = self.residual(free, at)
-        chi2, settled = self.loss(free, at, residual), False
+        chi2, converged = self.loss(free, at, residual), False
         sensitivities = None if jacobian is None else jacobian.astype(np.float64)
         low, high = np.array([c.bounds for c in free]).reshape(-1, 2).T
         bounds = low, high
@@ -247,7 +247,7 @@ class Fitter:
             ways = steps(sensitivities, residual, weights, at, bounds, first)
             better = self._improved(free, at, chi2, bounds, ways)
             if better is None:
-                settled = True
+                converged = True
                 break
             before, last = chi2, at
             at, changed, chi2 = better[0], better[1] - residual, better[2]
@@ -258,7 +258,7 @@ class Fitter:
         if sensitivities is None:
             sensitivities = self.jacobian(free, at, residual)
         effective = None if self.batch.noise is None else self.batch.noise.sample_size
-        return Fit(free, at, residual, sensitivities, chi2, effective, settled)
+        return Fit(free, at, residual, sensitivities, chi2, effective, converged)
 
     def _improved(
         self,

@@ -16,7 +16,7 @@ from scipy.special import stdtr, stdtrit
 from hil_emulator.identify.estimation.fit import TOLERATED, Fit, prior_rows
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
-from hil_emulator.identify.estimation.settled import Settled
+from hil_emulator.identify.estimation.reported_model import ReportedModel
 from hil_emulator.identify.estimation.sizes import Sizes
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.free_terms.free_shapes import HATS
@@ -25,15 +25,15 @@ from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.levels import (
     FALSE_ALARM,
     GREATER_PART,
-    INEXACT,
+    LAW_TOLERANCE,
     NOTICEABLE,
-    ONE_IN_TWENTY,
-    reached_by_chance,
+    SIGNIFICANCE,
+    chi2_threshold,
 )
 from hil_emulator.identify.selection.progress import Round, Search
 
 
-def re_examine(fitter: Fitter, search: Search, tell: Callable[[str], None]) -> None:
+def drop_superfluous(fitter: Fitter, search: Search, tell: Callable[[str], None]) -> None:
     """Drop an earlier effect that the last one has made superfluous.
 
     Args:
@@ -44,7 +44,7 @@ def re_examine(fitter: Fitter, search: Search, tell: Callable[[str], None]) -> N
     """
     if len(search.effects) < 2:
         return
-    full = search.settle(converge(fitter, search.free, search.at, search.effects, 1))
+    full = search.continue_from(converge(fitter, search.free, search.at, search.effects, 1))
     for name in [c.name for c in search.effects[:-1]]:
         kept = {c.name for c in search.without(name)}
         stay = [i for i, c in enumerate(full.coordinates) if c.name in kept]
@@ -58,7 +58,7 @@ def re_examine(fitter: Fitter, search: Search, tell: Callable[[str], None]) -> N
             return
 
 
-def hardly_likelier(search: Search, base: Fit) -> bool:
+def negligible_likelihood_gain(search: Search, base: Fit) -> bool:
     """Tell whether the last effect makes the data hardly more likely, next to what others do.
 
     Each model has its own gains here. With gains of the model before, which correct much of what a
@@ -76,10 +76,10 @@ def hardly_likelier(search: Search, base: Fit) -> bool:
     bases = [*(r.base for r in search.rounds if r.accepted), base]
     falls = [one.deviance - other.deviance for one, other in itertools.pairwise(bases)]
     earlier = {c.name for one in bases for c in one.coordinates}
-    return len(falls) > 1 and earlier <= names and falls[-1] < INEXACT * max(falls[:-1])
+    return len(falls) > 1 and earlier <= names and falls[-1] < LAW_TOLERANCE * max(falls[:-1])
 
 
-def standing(fitter: Fitter, search: Search, fit: Fit, name: str) -> float:
+def loss_without(fitter: Fitter, search: Search, fit: Fit, name: str) -> float:
     """Return what the model loses in chi-square without one of its effects, refitted."""
     kept = {c.name for c in search.without(name)}
     stay = [i for i, c in enumerate(fit.coordinates) if c.name in kept]
@@ -88,7 +88,7 @@ def standing(fitter: Fitter, search: Search, fit: Fit, name: str) -> float:
     return without.chi2 - fit.chi2
 
 
-def faint(search: Search) -> list[str]:
+def weak_effects(search: Search) -> list[str]:
     """Return the effects that explain next to nothing, and may as well be something else or none.
 
     So may one that these data would not show if it were as large as usual, one beside which a
@@ -101,12 +101,12 @@ def faint(search: Search) -> list[str]:
 
     """
     left = search.rounds[-1].base
-    unlikely = bool(not_by_chance(left))
+    unlikely = bool(highly_implausible_parameters(left))
     return [c.name for c in search.effects
             if (found := search.selected_in(c.name)).best < NOTICEABLE * _variance(found, left)
-            and (c.name in search.forms or not found.trials[0].score.visible
-                 or _far_less(found) or _below_a_free_term(search, found) or unlikely
-                 or _may_be_none(search, found, c.name))]  # fmt: skip
+            and (c.name in search.law_mismatch or not found.trials[0].score.visible
+                 or _weaker_than_rejected(found) or _weaker_than_free_term(search, found)
+                 or unlikely or _insignificant(search, found, c.name))]  # fmt: skip
 
 
 def _variance(named: Round, left: Fit) -> float:
@@ -156,27 +156,30 @@ def _deviations(search: Search, fit: Fit, name: str) -> tuple[float, float, int]
     how many numbers tell it: those that a free shape has beside its size, or those experiments.
     """
     i = [c.name for c in fit.coordinates].index(name)
-    lacking, told_by = math.sqrt(search.lacks.get(name, 0.0)) * abs(float(fit.at[i])), HATS - 1
-    if search.settled is None:
+    lacking, told_by = (
+        math.sqrt(search.lack_of_fit.get(name, 0.0)) * abs(float(fit.at[i])),
+        HATS - 1,
+    )
+    if search.reported_model is None:
         spread = float(np.sqrt(fit.covariance()[i, i]))
         # estimated noise held the effect itself when it was named
         named = search.selected_in(name).trials[0].deviation if fit.effective is None else 0.0
         found = max(spread, named)
     else:
-        found, sizes = search.settled.deviations[name], search.settled.sizes[name]
+        found, sizes = search.reported_model.deviations[name], search.reported_model.sizes[name]
         if sizes.elsewhere > lacking:
             lacking, told_by = sizes.elsewhere, len(sizes.values) - 1
     known = math.hypot(found, discrepancy_uncertainty(search, fit)[i])
-    return math.hypot(known, _borne(search, fit, i)), lacking, told_by
+    return math.hypot(known, _confounding(search, fit, i)), lacking, told_by
 
 
-def _borne(search: Search, fit: Fit, i: int) -> float:
+def _confounding(search: Search, fit: Fit, i: int) -> float:
     """Return how much of a coordinate ordinary parameters may bear, where data do not tell."""
-    unsure = fit.coordinates[i].name in search.forms or implausible_parameters(fit)
-    return taken_over(fit, i) if unsure else 0.0
+    unsure = fit.coordinates[i].name in search.law_mismatch or implausible_parameters(fit)
+    return nuisance_confounding(fit, i) if unsure else 0.0
 
 
-def taken_over(fit: Fit, i: int) -> float:
+def nuisance_confounding(fit: Fit, i: int) -> float:
     """Return how much ordinary parameters may have taken over of an effect.
 
     That is by how much its coordinate would be another one if those were as configured that are
@@ -192,7 +195,7 @@ def taken_over(fit: Fit, i: int) -> float:
     return abs(float(spread[i, far] @ back))
 
 
-def borne_elsewhere(search: Search, fit: Fit) -> list[str]:
+def confounding_notes(search: Search, fit: Fit) -> list[str]:
     """Say of which effects strange parameters may bear more than all else leaves uncertain.
 
     Args:
@@ -202,7 +205,7 @@ def borne_elsewhere(search: Search, fit: Fit) -> list[str]:
     """
     names, far = [c.name for c in fit.coordinates], implausible_parameters(fit)
     wide = [c.name for c in search.effects
-            if 2.0 * _borne(search, fit, names.index(c.name)) ** 2
+            if 2.0 * _confounding(search, fit, names.index(c.name)) ** 2
             > deviation(search, fit, c.name) ** 2]  # fmt: skip
     if not far or not wide:
         return []
@@ -210,7 +213,7 @@ def borne_elsewhere(search: Search, fit: Fit) -> list[str]:
     return [f"{' and '.join(far)}: {part}, and the interval holds it"]
 
 
-def apart(settled: Settled | None) -> dict[str, str]:
+def heterogeneous_estimates(settled: ReportedModel | None) -> dict[str, str]:
     """Return the effects of which experiments want other sizes, and which, in words.
 
     They are farther apart than chance puts the sizes of one law, and than a law may be off.
@@ -219,7 +222,7 @@ def apart(settled: Settled | None) -> dict[str, str]:
         return {}
     return {name: _from_to(sizes) for name, sizes in settled.sizes.items()
             if sizes.about and sizes.by_chance < FALSE_ALARM
-            and sizes.spread**2 > INEXACT * sizes.about**2}  # fmt: skip
+            and sizes.spread**2 > LAW_TOLERANCE * sizes.about**2}  # fmt: skip
 
 
 def _from_to(sizes: Sizes) -> str:
@@ -241,7 +244,7 @@ def discrepancy_uncertainty(search: Search, fit: Fit) -> Array:
     if fit.effective is not None:
         return np.zeros(len(fit.coordinates))
     last = search.rounds[-1]
-    terms = last.terms if search.settled is None else search.settled.terms
+    terms = last.terms if search.reported_model is None else search.reported_model.terms
     names = [c.name for c in last.base.coordinates]
     found = [(t, dict(zip(names, t.uncertainty, strict=True)))
              for t in terms if len(t.uncertainty)]  # fmt: skip
@@ -249,25 +252,25 @@ def discrepancy_uncertainty(search: Search, fit: Fit) -> Array:
                      for c in fit.coordinates])  # fmt: skip
 
 
-def _far_less(found: Round) -> bool:
+def _weaker_than_rejected(found: Round) -> bool:
     """Tell whether another candidate explained far more than the one that was named."""
-    gains = [t.evidence.delta_chi2 for t in found.trials if not t.beside]
+    gains = [t.evidence.delta_chi2 for t in found.trials if not t.partner]
     return max(gains, default=0.0) > found.best / GREATER_PART
 
 
-def _below_a_free_term(search: Search, found: Round) -> bool:
+def _weaker_than_free_term(search: Search, found: Round) -> bool:
     """Tell whether a free term still explains more than an effect did, chance set aside."""
-    return any(t.certain > found.best for t in search.rounds[-1].terms)
+    return any(t.excess > found.best for t in search.rounds[-1].terms)
 
 
-def _may_be_none(search: Search, found: Round, name: str) -> bool:
+def _insignificant(search: Search, found: Round, name: str) -> bool:
     """Tell whether an effect, everything counted, is less sure than a name has to be."""
     fit = search.reported or search.rounds[-1].base
     at = fit.at[[c.name for c in fit.coordinates].index(name)]
     return bool(abs(at) < math.sqrt(found.needed) * deviation(search, fit, name))
 
 
-def implausible_parameters(fit: Fit, chance: float = ONE_IN_TWENTY) -> list[str]:
+def implausible_parameters(fit: Fit, chance: float = SIGNIFICANCE) -> list[str]:
     """Return the ordinary parameters that are farther off than any is by chance, each in words.
 
     Args:
@@ -277,14 +280,14 @@ def implausible_parameters(fit: Fit, chance: float = ONE_IN_TWENTY) -> list[str]
     """
     return [
         f"{c.name} is {float(c.value(at)) / c.neutral:.2g} times its configured value"
-        for c, at in far_off(fit, chance)
+        for c, at in outlying_parameters(fit, chance)
     ]
 
 
-def far_off(fit: Fit, chance: float) -> list[tuple[Coordinate, float]]:
+def outlying_parameters(fit: Fit, chance: float) -> list[tuple[Coordinate, float]]:
     """Return the ordinary parameters that are farther off than any is by chance, and where."""
     ordinary = sum(np.isfinite(c.prior) for c in fit.coordinates)
-    deviations = math.sqrt(reached_by_chance(chance, int(ordinary)))
+    deviations = math.sqrt(chi2_threshold(chance, int(ordinary)))
     return [
         (c, float(at)) for c, at in zip(fit.coordinates, fit.at, strict=True)
         if np.isfinite(c.prior) and c.neutral and abs(at) > deviations * c.prior
@@ -296,6 +299,6 @@ def prior_penalty(fit: Fit) -> float:
     return float(np.sum((prior_rows(fit.coordinates) * fit.at) ** 2))
 
 
-def not_by_chance(fit: Fit) -> list[str]:
+def highly_implausible_parameters(fit: Fit) -> list[str]:
     """Return the ordinary parameters that hardly any healthy machine has so far off."""
     return implausible_parameters(fit, FALSE_ALARM)

@@ -21,14 +21,14 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.free_terms.free_shapes import HATS, FreeShape
 from hil_emulator.identify.prediction.free_terms.term_matching import is_part
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
-from hil_emulator.identify.selection.levels import INEXACT, NOTICEABLE
+from hil_emulator.identify.selection.levels import LAW_TOLERANCE, NOTICEABLE
 
-OWN_SIZES = (0.05, 0.1, 0.2, 0.4)
+LAW_ERROR_SIZES = (0.05, 0.1, 0.2, 0.4)
 """Root mean square of what a law lacks over that of its effect, each as likely. A straight law
 misses 0.17 of a power law of order 4/7, a turbulent gap; 0.2 of an orifice's, 0.25 of a square one
 and 0.4 of a cubic one, as a sensor's odd curve is. Parts of such laws miss less."""
 
-SHARES = tuple(10.0 ** (0.5 * i) for i in range(-8, 2))
+VARIANCE_SHARES = tuple(10.0 ** (0.5 * i) for i in range(-8, 2))
 """Shares of the innovations' variance that an unknown term may have, each as likely: from one in
 ten thousand, which chance gives to six hats of a minute's data, to three times all of it."""
 
@@ -112,12 +112,12 @@ class Discrepancies:
         self._inflations = np.maximum(inflations, self._inflation)
         self._evidence = LogEvidence(fit, self._training, held_out, self._inflation)
         self._part = self._training.rows / (self._training.rows + held_out.rows)
-        self.made = {c.name: self._made_by(fitter, c) for c in self._effects}
+        self.made = {c.name: self._contribution(fitter, c) for c in self._effects}
         self._options = [list(self._ways(i)) for i in range(len(self.shapes))]
-        self.found = self._asked_for()
+        self.found = self._select()
 
     @property
-    def lacks(self) -> dict[str, float]:
+    def lack_of_fit(self) -> dict[str, float]:
         """What the law of each effect lacks, as a part of what the effect explains, by name."""
         return {c.name: sum(d.explained for d in self.found if d.owner == c.name)
                 / self.made[c.name].own for c in self._effects}  # fmt: skip
@@ -131,7 +131,7 @@ class Discrepancies:
         for c in self._effects:
             own = [d for d in self.found if d.owner == c.name and self._noticeable(d)]
             part = sum(d.explained for d in own) / self.made[c.name].own
-            if part > INEXACT:
+            if part > LAW_TOLERANCE:
                 title = max(own, key=lambda d: d.explained).shape.title
                 forms[c.name] = f"a free term in the {title} explains {100.0 * part:.0f} % more"
         return forms
@@ -144,7 +144,7 @@ class Discrepancies:
         least = NOTICEABLE * self._fit.sample_size / HATS
         return d.explained > least * len(d.shape.knots)
 
-    def _asked_for(self) -> list[Discrepancy]:
+    def _select(self) -> list[Discrepancy]:
         """Return the terms that the evidence asks for, the likeliest first."""
         rows, root = np.zeros(0, dtype=int), np.zeros((0, 0))
         rest = list(range(len(self.shapes)))
@@ -190,20 +190,20 @@ class Discrepancies:
         owners = [c for c in self._effects if is_part(shape, c)]
         if shape.ripples:
             usual = NOTICEABLE * len(rows) / HATS
-            small = [s for s in SHARES if s <= usual]
+            small = [s for s in VARIANCE_SHARES if s <= usual]
             yield from (_Option(s * each, -math.log(2 * len(small)), None) for s in small)
         # what outgrows a law in whose balance it acts still is what that law lacks
         names = [c.name for c in owners] or [""]
-        chance = -math.log(len(self.shapes) * len(SHARES) * len(names))
-        yield from (_Option(s * each, chance, name) for name in names for s in SHARES)
+        chance = -math.log(len(self.shapes) * len(VARIANCE_SHARES) * len(names))
+        yield from (_Option(s * each, chance, name) for name in names for s in VARIANCE_SHARES)
         whole = max(float(np.sum(kernel * self._training.shapes[here])), 1e-9)
         for c in owners:
             places = sum(is_part(s, c) for s in self.shapes)
-            chance = -math.log(places * len(OWN_SIZES))
+            chance = -math.log(places * len(LAW_ERROR_SIZES))
             own = self.made[c.name].whole / whole
-            yield from (_Option(size**2 * own, chance, c.name) for size in OWN_SIZES)
+            yield from (_Option(size**2 * own, chance, c.name) for size in LAW_ERROR_SIZES)
 
-    def _made_by(self, fitter: Fitter, c: Coordinate) -> Contribution:
+    def _contribution(self, fitter: Fitter, c: Coordinate) -> Contribution:
         """Return what an effect makes, by the model without it.
 
         Where a law saturates, as a pump's does, its tangent may tell a hundredth or ten times that.

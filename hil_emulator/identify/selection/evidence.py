@@ -10,13 +10,13 @@ from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.levels import (
     NEARLY_ALL,
-    ONE_IN_TWENTY,
+    SIGNIFICANCE,
     SMALL_PART,
-    reached_by_chance,
+    chi2_threshold,
 )
-from hil_emulator.identify.selection.scan import Score, surprise
+from hil_emulator.identify.selection.scan import Score, size_penalty
 
-LEAST_HELD_OUT = reached_by_chance(ONE_IN_TWENTY)
+LEAST_HELD_OUT = chi2_threshold(SIGNIFICANCE)
 """Gain in chi-square on held-out data that one candidate hardly has by chance."""
 
 
@@ -51,7 +51,7 @@ class Evidence:
     @property
     def objections(self) -> list[str]:
         """What speaks against it, in words."""
-        found, least = [], self.needed + surprise(self.size)
+        found, least = [], self.needed + size_penalty(self.size)
         if self.wald <= least:
             found.append(f"robust Wald statistic {self.wald:.1f} below {least:.1f}")
         elif self.robust <= least:
@@ -61,7 +61,7 @@ class Evidence:
         return found
 
     @property
-    def certain(self) -> bool:
+    def significant(self) -> bool:
         """Whether it is no chance, whatever its size, and whatever held-out data say."""
         return min(self.wald, self.robust) > self.needed
 
@@ -71,7 +71,7 @@ class Evidence:
         return self.delta_chi2 / self.variance_factor
 
     @property
-    def beside_terms(self) -> float:
+    def serial_robust(self) -> float:
         """The same by time alone, to be held against free terms."""
         return self.delta_chi2 / self.serial_factor
 
@@ -85,7 +85,7 @@ class Trial:
         fit: with the effect's knob last, and before it what else its law holds.
         evidence: for and against it.
         deviation: standard deviation of the knob's coordinate, serial correlation counted.
-        beside: the candidate beside which it was judged, see `Lookahead`; mostly "".
+        partner: the candidate beside which it was judged, see `PairSearch`; mostly "".
 
     """
 
@@ -93,7 +93,7 @@ class Trial:
     fit: Fit
     evidence: Evidence
     deviation: float
-    beside: str = ""
+    partner: str = ""
 
     def slim(self) -> None:
         """Forget the Jacobian of the fit: those of long recordings are large."""
@@ -115,13 +115,13 @@ def ranked(trials: Sequence[Trial]) -> list[Trial]:
     if all(np.isfinite(t.evidence.held_out) for t in contenders):
         contenders.sort(key=lambda t: -t.evidence.held_out)
         first = contenders[0].evidence
-        equals = [t for t in contenders if _as_good(t, t.evidence.held_out, first.held_out)
-                  and _as_good(t, t.evidence.delta_chi2, first.delta_chi2)]  # fmt: skip
-        contenders = [*sorted(equals, key=_modesty), *(t for t in contenders if t not in equals)]
+        equals = [t for t in contenders if _equivalent(t, t.evidence.held_out, first.held_out)
+                  and _equivalent(t, t.evidence.delta_chi2, first.delta_chi2)]  # fmt: skip
+        contenders = [*sorted(equals, key=_tie_break), *(t for t in contenders if t not in equals)]
     return contenders + [t for t in by_delta_chi2 if t.evidence.delta_chi2 < level]
 
 
-def _as_good(trial: Trial, explained: float, best: float) -> bool:
+def _equivalent(trial: Trial, explained: float, best: float) -> bool:
     """Tell whether a candidate explains about as much as the best.
 
     Where the noise is estimated, few independent values decide, and two standard deviations of what
@@ -131,7 +131,7 @@ def _as_good(trial: Trial, explained: float, best: float) -> bool:
     return explained >= min((1.0 - SMALL_PART) * best, best - chance)
 
 
-def _modesty(trial: Trial) -> tuple[int, bool, float]:
+def _tie_break(trial: Trial) -> tuple[int, bool, float]:
     """Return what equals are ordered by: assumed parameters, the place, what they explain of all.
 
     Where the noise is estimated, as on a bench of forces, effects of the machine come before errors

@@ -26,7 +26,12 @@ from hil_emulator.identify.prediction.free_terms.term_matching import (
 )
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.evidence import Trial, ranked
-from hil_emulator.identify.selection.levels import GREATER_PART, INEXACT, NEARLY_ALL, SMALL_PART
+from hil_emulator.identify.selection.levels import (
+    GREATER_PART,
+    LAW_TOLERANCE,
+    NEARLY_ALL,
+    SMALL_PART,
+)
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score
 
@@ -34,14 +39,14 @@ LEFT = 1e-4
 """Part of its information that something must keep beside free terms to be told from them
 (assumed)."""
 
-MOST_BESIDE = 2
+MOST_UNTRIED = 2
 """Most candidates that are refitted because they stand out beside a law."""
 
 MOST_NEAREST = 2
 """Most effects that are told as the nearest to something unknown."""
 
 
-def own_terms(
+def terms_of_laws(
     fit: Fit, effects: Collection[str], terms: Sequence[DiscrepancyTerm]
 ) -> dict[str, str]:  # fmt: skip
     """Return, by term, the effect whose law lives there.
@@ -124,12 +129,12 @@ def displacing(effects: Sequence[Coordinate], fit: Fit) -> dict[str, str]:
     return {
         effect.name: f"hardly any of the configured {ordinary.name} is left beside it"
         for ordinary, at in zip(fit.coordinates, fit.at, strict=True)
-        if _hardly_left(ordinary, float(at))
+        if _nearly_absent(ordinary, float(at))
         for effect in effects if effect.stage == ordinary.stage
     }  # fmt: skip
 
 
-def _hardly_left(ordinary: Coordinate, at: float) -> bool:
+def _nearly_absent(ordinary: Coordinate, at: float) -> bool:
     if ordinary.effect is None or not ordinary.is_knob or not np.isfinite(ordinary.prior):
         return False
     off = ordinary.effect.off
@@ -169,7 +174,7 @@ class ConditionalTest:
         gradient = columns.T @ self._project.residual - mine.T @ self._rest
         return float(np.sum((vectors[:, there].T @ gradient) ** 2 / values[there]))
 
-    def stands_out(self, score: Score, needed: float) -> bool:
+    def keeps_its_gain(self, score: Score, needed: float) -> bool:
         """Tell whether a candidate keeps nearly all of its gain, and enough for a name."""
         return self.candidate(score) > max(needed, NEARLY_ALL * score.statistic)
 
@@ -180,38 +185,38 @@ class ConditionalTest:
         gain = self.candidate(score)
         return NEARLY_ALL * max(gain, score.statistic) < min(gain, score.statistic)
 
-    def part_of_a_law(self, score: Score) -> bool:
+    def explained_by_law(self, score: Score) -> bool:
         """Tell whether a law explains far more than a candidate that acts where that law does."""
-        here = [t.certain for t in self._laws if acts_in(score.coordinate, t.balance)]
+        here = [t.excess for t in self._laws if acts_in(score.coordinate, t.balance)]
         return bool(here) and self.candidate(score) / GREATER_PART < max(here)
 
 
-def overshadowed(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
+def own_law_explains_more(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
     """Tell whether a free shape of a law in the model explains more than the best candidate.
 
     What a law leaves lasts, and little of a gain is certain beside it. Yet what gains more than any
     shape of it, certain or not, is none of it.
     """
-    sure = found.trials[0].evidence.beside_terms if found.trials else 0.0
+    sure = found.trials[0].evidence.serial_robust if found.trials else 0.0
     return any(
         _of_one_sensor(found, t)
-        or (sure < NEARLY_ALL * t.robust and NEARLY_ALL * found.best < t.certain)
+        or (sure < NEARLY_ALL * t.robust and NEARLY_ALL * found.best < t.excess)
         for t in laws
     )
 
 
-def outshone(found: Round) -> bool:
+def free_term_explains_more(found: Round) -> bool:
     """Tell whether a free term explains far more than the best candidate, chance set aside.
 
     That a sensor is off by more at one reading than at another speaks against the law of its error,
     not against the sensor.
     """
     best = found.trials[0].score.coordinate if found.trials else None
-    return any(t.certain > found.best / GREATER_PART for t in found.worthwhile
+    return any(t.excess > found.best / GREATER_PART for t in found.noticeable
                if best is None or not calibrates(t, best))  # fmt: skip
 
 
-def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
+def independent_of_named_laws(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
     """Put the best one first that is justified beside given laws; tell whether it is named.
 
     For that it has to explain, beside them, what any other free term does; in the balance of such a
@@ -228,18 +233,18 @@ def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
             t
             for t in found.trials
             if t.evidence.passed
-            and beside.stands_out(t.score, found.needed * t.evidence.variance_factor)
-            and not beside.part_of_a_law(t.score)
+            and beside.keeps_its_gain(t.score, found.needed * t.evidence.variance_factor)
+            and not beside.explained_by_law(t.score)
         ]
     )
     found.trials = there + [t for t in found.trials if t not in there]
     if not there:
         return False
     most = beside.candidate(there[0].score) / GREATER_PART
-    return all(beside.term(t) - t.limit <= most for t in found.worthwhile if t not in laws)
+    return all(beside.term(t) - t.limit <= most for t in found.noticeable if t not in laws)
 
 
-def others_beside(search: Search, found: Round) -> list[Score]:
+def untried_independent(search: Search, found: Round) -> list[Score]:
     """Return the candidates that nobody has refitted yet and that stand out beside given laws.
 
     A law that does not fit leaves what candidates at its place explain the most of; what acts
@@ -254,7 +259,7 @@ def others_beside(search: Search, found: Round) -> list[Score]:
 
     """
     laws = _laws(search, found, _owners(search, found)) if search.effects else []
-    if found.excerpt is None or not overshadowed(found, laws):
+    if found.excerpt is None or not own_law_explains_more(found, laws):
         return []
     there = [replace(t, columns=found.excerpt.columns(t.columns)) for t in laws]
     beside = ConditionalTest(there, found.excerpt.fit)
@@ -262,7 +267,7 @@ def others_beside(search: Search, found: Round) -> list[Score]:
     rest = [s for s in found.scores if s.coordinate.name not in tried]
     gains = [(beside.candidate(s), s) for s in rest if beside.elsewhere(s)]
     gains.sort(key=lambda told: -told[0])
-    return [s for gain, s in gains[:MOST_BESIDE] if gain > found.needed]
+    return [s for gain, s in gains[:MOST_UNTRIED] if gain > found.needed]
 
 
 def _of_one_sensor(found: Round, term: DiscrepancyTerm) -> bool:
@@ -282,18 +287,18 @@ def judge(search: Search, found: Round) -> None:
     """
     owners = _owners(search, found)
     own = _laws(search, found, owners)
-    if overshadowed(found, own) and not _beside_friction(found):
-        found.accepted = stands_beside(found, own)
+    if own_law_explains_more(found, own) and not _constant_force_suffices(found):
+        found.accepted = independent_of_named_laws(found, own)
     else:
         found.accepted = bool(found.trials) and found.trials[0].evidence.passed
-        found.accepted &= not outshone(found)
-    if found.accepted and found.best <= INEXACT * _named_for(search):
+        found.accepted &= not free_term_explains_more(found)
+    if found.accepted and found.best <= LAW_TOLERANCE * _largest_gain(search):
         of_a_sensor = bool(found.trials[0].score.coordinate.channel)
         found.accepted = of_a_sensor and _apart(found, own, found.trials[0])
-    found.unknown = not found.accepted and any(t.title not in owners for t in found.worthwhile)
+    found.unknown = not found.accepted and any(t.title not in owners for t in found.noticeable)
 
 
-def _beside_friction(judged: Round) -> bool:
+def _constant_force_suffices(judged: Round) -> bool:
     """Return whether a constant force explains nearly all that the best candidate of a bench does.
 
     On a balance of forces, which alone estimates its noise, any shape over velocity holds a
@@ -311,7 +316,7 @@ def _apart(found: Round, laws: Sequence[DiscrepancyTerm], trial: Trial) -> bool:
 
 
 def _owners(search: Search, found: Round) -> dict[str, str]:
-    return own_terms(found.base, [c.name for c in search.effects], found.significant)
+    return terms_of_laws(found.base, [c.name for c in search.effects], found.significant)
 
 
 def _laws(search: Search, found: Round, owners: Collection[str]) -> list[DiscrepancyTerm]:
@@ -321,7 +326,7 @@ def _laws(search: Search, found: Round, owners: Collection[str]) -> list[Discrep
             if t.title in owners or (t.balance.channel in sensors and not is_curve(t))]  # fmt: skip
 
 
-def _named_for(search: Search) -> float:
+def _largest_gain(search: Search) -> float:
     """Return the most that an effect in the model gained when it was named.
 
     Gains by a noise that is estimated in each round anew cannot be compared.

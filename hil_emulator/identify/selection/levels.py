@@ -25,7 +25,7 @@ SMALL_PART = 0.1
 that has more, it gained 0.998 or more of what that did, in 18 rounds; a wrong law with fewer gained
 at most 0.80 of what the true one did, in five."""
 
-INEXACT = 0.015
+LAW_TOLERANCE = 0.015
 """Part of what an effect explains that its law may leave, so that nothing can be told from less: 44
 machines with the catalogue's laws lacked up to 0.0144, wrongly named ones from 0.023 on."""
 
@@ -36,11 +36,11 @@ of friction and supply, which every machine has, is there and significant. It ma
 term of many hat functions follows it, and needs in proportion more."""
 
 
-ONE_IN_TWENTY = 0.05
+SIGNIFICANCE = 0.05
 """Probability of what is still told without a name: a 95 % interval leaves as much."""
 
 
-def reached_by_chance(alarm: float, candidates: int = 1) -> float:
+def chi2_threshold(alarm: float, candidates: int = 1) -> float:
     """Return what any of some candidates gains in chi-square with a given probability.
 
     What one candidate gains by chance is a squared normal variable, and so is its Wald statistic
@@ -52,11 +52,11 @@ def reached_by_chance(alarm: float, candidates: int = 1) -> float:
 
 def needed_delta_chi2(candidates: int) -> float:
     """Return what a name needs, the best of so many candidates: robust statistic, or plain gain."""
-    return reached_by_chance(FALSE_ALARM, candidates)
+    return chi2_threshold(FALSE_ALARM, candidates)
 
 
-NORMAL_95 = math.sqrt(reached_by_chance(ONE_IN_TWENTY))
+NORMAL_95 = math.sqrt(chi2_threshold(SIGNIFICANCE))
 """Standard deviations to either end of a 95 % interval."""
 
-TOLD_APART = reached_by_chance(FALSE_ALARM)
+DISTINGUISHABLE = chi2_threshold(FALSE_ALARM)
 """Difference in chi-square of two given explanations that is hardly chance."""

@@ -29,7 +29,7 @@ from hil_emulator.identify.selection.evidence import (
 )
 from hil_emulator.identify.selection.levels import GREATER_PART, NEARLY_ALL, SMALL_PART
 from hil_emulator.identify.selection.progress import Round
-from hil_emulator.identify.selection.scan import NOTHING, Pair, Score, score_of
+from hil_emulator.identify.selection.scan import NO_EFFECT, Pair, Score, score_of
 
 ITERATIONS_AT_ONCE = 5
 """Iterations of a joint refit, before it is asked whether more are worth while."""
@@ -49,7 +49,7 @@ PROMISING = 0.2
 PARTNER_ITERATIONS = 3
 """Iterations of a refit with one of a pair."""
 
-WAYS = (1.0, 0.5)
+STEP_FRACTIONS = (1.0, 0.5)
 """Parts of the way to where the linear model puts a pair, of which one has to lead there: of two
 that act against each other, the whole way may be far too long."""
 
@@ -93,7 +93,7 @@ class CandidateRefits:
         # further starts are worth while for those that rival the best
         self._improve(fits, GREATER_PART, lambda i: self._pushed(fits[i]))
         fits.reverse()
-        return ranked([self.weighed(score, fits.pop()) for score in likely])
+        return ranked([self.evaluate(score, fits.pop()) for score in likely])
 
     def _improve(self, fits: list[Fit], part: float, better: Callable[[int], Fit]) -> None:
         """Put a better fit in the place of each that gains at least this part of the best."""
@@ -142,7 +142,7 @@ class CandidateRefits:
 
     def _converged(self, fit: Fit) -> Fit:
         for _ in range(MOST_CONTINUATIONS):
-            if fit.settled:  # it would try the same steps once more
+            if fit.converged:  # it would try the same steps once more
                 break
             before = fit.chi2
             fit = self._fitter.fit(
@@ -157,16 +157,16 @@ class CandidateRefits:
         """Return the gain in chi-square of an iteration below which it was the last one."""
         return max(LEAST_GAIN, LITTLE_PART * (self._base.chi2 - fit.chi2))
 
-    def weighed(self, score: Score, fit: Fit) -> Trial:
+    def evaluate(self, score: Score, fit: Fit) -> Trial:
         """Judge a candidate by a fit with its knob last."""
-        wald, deviation, factor, serial = self._certainty(score.coordinate.name, fit)
+        wald, deviation, factor, serial = self._robust_statistics(score.coordinate.name, fit)
         held_out = self._left_before - self._left_of(fit)
         delta_chi2 = self._base.chi2 - fit.chi2
         size = float(fit.at[-1])
         evidence = Evidence(delta_chi2, wald, held_out, self._needed, factor, size, serial)
         return Trial(score.lean(), fit, evidence, deviation)
 
-    def _certainty(self, name: str, fit: Fit) -> tuple[float, float, float, float]:
+    def _robust_statistics(self, name: str, fit: Fit) -> tuple[float, float, float, float]:
         """Return Wald statistic and standard deviation of the knob, and its variance factors."""
         last, clusters = len(fit.at) - 1, self._fitter.clusters
         # an effect that is off has no shape: whether it is there does not hang on how it looks
@@ -177,7 +177,7 @@ class CandidateRefits:
         fresh = self._fitter.column(fit.coordinates, fit.at, fit.residual, last)
         shown, believed = np.split(project(fresh), [len(fit.residual)])
         information = float(shown @ shown + believed @ believed)
-        if information <= NOTHING:  # what was gained, something else did
+        if information <= NO_EFFECT:  # what was gained, something else did
             return 0.0, math.inf, 1.0, 1.0
         if believed @ believed < shown @ shown:
             factor = clusters.variance_factor(shown, fit.residual)
@@ -193,7 +193,7 @@ class CandidateRefits:
         return delta_chi2 / factor, deviation, factor, clusters.serial_factor(changed, fit.residual)
 
 
-class Lookahead:
+class PairSearch:
     """Tries pairs where one candidate at a time would go astray.
 
     Args:
@@ -207,7 +207,7 @@ class Lookahead:
     def __init__(self, fitter: Fitter, base: Fit, held: Batch | None, needed: float) -> None:
         self._fitter, self._base, self._held, self._needed = fitter, base, held, needed
 
-    def leader(self, pairs: Sequence[Pair], alone: float) -> Trial | None:
+    def first_of_pair(self, pairs: Sequence[Pair], alone: float) -> Trial | None:
         """Return the candidate to begin with, judged beside its partner; None without a pair.
 
         Args:
@@ -223,7 +223,7 @@ class Lookahead:
             deltas = [self._base.chi2 - t.fit.chi2 for t in trials]
             if all(t.evidence.passed for t in trials) and NEARLY_ALL * min(deltas) > alone:
                 best = max(trials, key=lambda t: t.evidence.delta_chi2)
-                return replace(best, fit=best.fit.without([best.beside]))
+                return replace(best, fit=best.fit.without([best.partner]))
         return None
 
     def _refits(self, model: Fit) -> CandidateRefits:
@@ -234,7 +234,7 @@ class Lookahead:
         base = self._base
         free = [*base.coordinates, *(s.coordinate for s in pair.scores)]
         moved = sum(x * s.response for x, s in zip(pair.sizes, pair.scores, strict=True))
-        for way in WAYS:
+        for way in STEP_FRACTIONS:
             at = np.append(base.at + way * moved, way * np.array(pair.sizes))
             most = base.chi2 - GREATER_PART * way * (2.0 - way) * pair.delta_chi2
             if next(self._fitter.within(free, [at], most)) is not None:
@@ -251,10 +251,10 @@ class Lookahead:
         )
         score = score_of(second.coordinate, sensitivity, Projection(model))
         trial = self._refits(model).refit([score])[0]
-        return replace(trial, score=second.lean(), beside=first.coordinate.name)
+        return replace(trial, score=second.lean(), partner=first.coordinate.name)
 
 
-def quietest(fitter: Fitter, base: Fit, scores: Sequence[Score]) -> Fit | None:
+def reweigh_by_best(fitter: Fitter, base: Fit, scores: Sequence[Score]) -> Fit | None:
     """Weigh the training data by the noise that the likeliest candidate leaves; return its fit.
 
     None, and the weights stay as they are, where they know the noise or it would hardly differ.
@@ -281,7 +281,7 @@ def held_out(fitter: Fitter, held: Batch, fit: Fit) -> Batch:
     return held.sharing(held.noise.left(fitter.residual(fit.coordinates, fit.at, held)))
 
 
-def certain(found: Round) -> bool:
+def significant_with_estimated_noise(found: Round) -> bool:
     """Tell whether the best candidate of a round is named even as its noise is estimated with it.
 
     Few independent values know a variance badly: the likelihood ratio grows by a logarithm only.

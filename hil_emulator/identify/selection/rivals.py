@@ -23,21 +23,21 @@ from hil_emulator.identify.estimation.map_fit import LEAST_GAIN, Fitter
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.evidence import Trial
-from hil_emulator.identify.selection.levels import GREATER_PART, INEXACT, TOLD_APART
-from hil_emulator.identify.selection.progress import Round, Search, StandIn
+from hil_emulator.identify.selection.levels import DISTINGUISHABLE, GREATER_PART, LAW_TOLERANCE
+from hil_emulator.identify.selection.progress import RivalStart, Round, Search
 from hil_emulator.identify.selection.scan import Score
 
 RIVAL_ITERATIONS = 4
 """Iterations of a refit of the finished model with a rival in it."""
 
-TRIED = 4
+MOST_RIVALS_TRIED = 4
 """Rivals that are tried in an effect's place, the likeliest first; those that bring states along
 come on top."""
 
 PASSES = 4
 """Times that the gains are computed anew on the way of a rival."""
 
-STAND_IN_ITERATIONS = 6
+RIVAL_PASS_ITERATIONS = 6
 """Iterations of a refit in between."""
 
 MOST_REPORTED = 2
@@ -127,10 +127,12 @@ def rivals_of(
 def _alike(margin: tuple[float, float], explained: float) -> bool:
     """Tell whether a margin is chance, or no more than an inexact law leaves."""
     lost, certain = margin
-    return certain < TOLD_APART or lost < INEXACT * explained
+    return certain < DISTINGUISHABLE or lost < LAW_TOLERANCE * explained
 
 
-def confirmed(fitter: Fitter, final: Fit, named: str, rivals: Sequence[StandIn]) -> list[str]:
+def confirmed_rivals(
+    fitter: Fitter, final: Fit, named: str, rivals: Sequence[RivalStart]
+) -> list[str]:
     """Return the rivals that explain as much in the finished model, in their order.
 
     A rival that was weighed before the other effects were found may have profited from them. One
@@ -140,7 +142,7 @@ def confirmed(fitter: Fitter, final: Fit, named: str, rivals: Sequence[StandIn])
         fitter: with the training data; its gains are frozen anew.
         final: the finished model.
         named: the effect whose place they take.
-        rivals: what they bring along, and where it starts; see `weighed`.
+        rivals: what they bring along, and where it starts; see `rival_start`.
 
     """
     stays = [i for i, c in enumerate(final.coordinates) if not c.belongs_to(named)]
@@ -165,10 +167,10 @@ def confirmed(fitter: Fitter, final: Fit, named: str, rivals: Sequence[StandIn])
     return found
 
 
-def weighed(found: Round, name: str) -> StandIn:
+def rival_start(found: Round, name: str) -> RivalStart:
     """Return what a candidate of a round brings along."""
-    if name in found.near:
-        return found.near[name]
+    if name in found.near_rivals:
+        return found.near_rivals[name]
     for trial in found.trials:
         if trial.score.coordinate.name == name:
             own = [i for i, c in enumerate(trial.fit.coordinates) if c.belongs_to(name)]
@@ -198,10 +200,14 @@ def _linear_margin(
 def _separating(chosen: Score, rival: Score) -> float:
     """Return the size in typical units at which two effects would separate; 0 if at none."""
     share = separability(chosen, rival, 1.0)
-    return float(np.sqrt(TOLD_APART / share)) if share > INEXACT * chosen.information else 0.0
+    return (
+        float(np.sqrt(DISTINGUISHABLE / share))
+        if share > LAW_TOLERANCE * chosen.information
+        else 0.0
+    )
 
 
-def near_rivals(fitter: Fitter, search: Search, found: Round) -> dict[str, StandIn]:
+def near_rivals(fitter: Fitter, search: Search, found: Round) -> dict[str, RivalStart]:
     """Return the rivals that explain much of the same in an effect's place, the best first.
 
     Gains that were frozen without a rival do not correct the states that it brings along, and a
@@ -215,7 +221,7 @@ def near_rivals(fitter: Fitter, search: Search, found: Round) -> dict[str, Stand
     """
     final, named = search.final, found.trials[0].score.coordinate.name
     assert final is not None
-    near: list[tuple[float, str, StandIn]] = []
+    near: list[tuple[float, str, RivalStart]] = []
     for rival in _candidates(fitter, search, found):
         part, at = _explained(fitter, final, named, rival)
         # of the effect that acts, a law of another form tells that much
@@ -225,7 +231,7 @@ def near_rivals(fitter: Fitter, search: Search, found: Round) -> dict[str, Stand
     return {name: stands for _, name, stands in sorted(near, key=lambda n: n[0])}
 
 
-def _candidates(fitter: Fitter, search: Search, found: Round) -> list[StandIn]:
+def _candidates(fitter: Fitter, search: Search, found: Round) -> list[RivalStart]:
     """Return the likeliest rivals at the same place, and effects that bring states along there."""
     best, *others = found.trials
     known = {best.score.coordinate.name, *(c.name for c in search.effects)}
@@ -241,22 +247,24 @@ def _candidates(fitter: Fitter, search: Search, found: Round) -> list[StandIn]:
             likely.append((-part, knob.name, _start(fitter, found, score)))
         elif _brings_states(knob) and knob.stage == best.score.coordinate.stage:
             moving.append(_usual(fitter, score))
-    return [stands for _, _, stands in sorted(likely, key=lambda n: n[:2])[:TRIED]] + moving
+    return [
+        stands for _, _, stands in sorted(likely, key=lambda n: n[:2])[:MOST_RIVALS_TRIED]
+    ] + moving
 
 
 def _brings_states(knob: Coordinate) -> bool:
     return knob.effect is not None and not knob.channel and bool(knob.effect.states)
 
 
-def _start(fitter: Fitter, found: Round, score: Score) -> StandIn:
+def _start(fitter: Fitter, found: Round, score: Score) -> RivalStart:
     """Return where a rival begins: where a refit of it ended, or where its linearisation leads."""
     if any(t.score.coordinate.name == score.coordinate.name for t in found.trials):
-        return weighed(found, score.coordinate.name)
+        return rival_start(found, score.coordinate.name)
     shapes = fitter.predictor.model.shapes(score.coordinate)
     return [*shapes, score.coordinate], np.append(np.zeros(len(shapes)), score.estimate)
 
 
-def _usual(fitter: Fitter, score: Score) -> StandIn:
+def _usual(fitter: Fitter, score: Score) -> RivalStart:
     """Return a rival at its usual size: the linearisation of one with states says nothing."""
     knob = score.coordinate
     shapes = fitter.predictor.model.shapes(knob)
@@ -264,17 +272,17 @@ def _usual(fitter: Fitter, score: Score) -> StandIn:
     return [*shapes, knob], np.append(np.zeros(len(shapes)), usual)
 
 
-def _explained(fitter: Fitter, final: Fit, named: str, rival: StandIn) -> tuple[float, Array]:
+def _explained(fitter: Fitter, final: Fit, named: str, rival: RivalStart) -> tuple[float, Array]:
     """Return how much a rival explains over what the named effect does, and where it ends."""
     stays = [i for i, c in enumerate(final.coordinates) if not c.belongs_to(named)]
     rest = [final.coordinates[i] for i in stays]
     free, at = [*rest, *rival[0]], np.concatenate([final.at[stays], rival[1]])
     for _ in range(PASSES):
         fitter.freeze(free, at)
-        stands_in = fitter.fit(free, at, STAND_IN_ITERATIONS)
+        stands_in = fitter.fit(free, at, RIVAL_PASS_ITERATIONS)
         at = stands_in.at
-    right = fitter.fit(final.coordinates, final.at, STAND_IN_ITERATIONS)
-    without = fitter.fit(rest, right.at[stays], STAND_IN_ITERATIONS)
+    right = fitter.fit(final.coordinates, final.at, RIVAL_PASS_ITERATIONS)
+    without = fitter.fit(rest, right.at[stays], RIVAL_PASS_ITERATIONS)
     # with the rival's gains the named effect may explain nothing: the rival explains far more then
     most = max(without.chi2 - right.chi2, LEAST_GAIN)
     part = (without.chi2 - stands_in.chi2) / most

@@ -13,12 +13,12 @@ from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
-from hil_emulator.identify.selection.levels import NEARLY_ALL, SMALL_PART, TOLD_APART
+from hil_emulator.identify.selection.levels import DISTINGUISHABLE, NEARLY_ALL, SMALL_PART
 
-NOTHING = 1e-9
+NO_EFFECT = 1e-9
 """Gain in chi-square at its typical size up to which an effect does nothing: rounding."""
 
-NEXT_TO_NOTHING = 0.1
+LEAST_COARSE_PART = 0.1
 """Part of what the best candidate explains below which a sensor is looked at roughly (assumed)."""
 
 ROWS_AT_ONCE = 4096
@@ -59,19 +59,19 @@ class Score:
     @property
     def visible(self) -> bool:
         """Whether these data would show the effect at its typical size."""
-        return self.information > TOLD_APART * self.remaining
+        return self.information > DISTINGUISHABLE * self.remaining
 
     @property
     def flat(self) -> bool:
         """Whether a limit that is far away does nothing: it has to come nearer to be seen."""
-        return self.coordinate.inverse and self.information <= NOTHING
+        return self.coordinate.inverse and self.information <= NO_EFFECT
 
     def lean(self) -> "Score":
         """Return the score without its sensitivity: long recordings would fill the memory."""
         return replace(self, sensitivity=np.zeros(0))
 
 
-def surprise(size: float) -> float:
+def size_penalty(size: float) -> float:
     """Return how much less probable a size is than none, as a chi-square: -2 log p(size)/p(0).
 
     Of its size nothing is known but what is typical: a Cauchy law of that width, whose tails hold
@@ -101,7 +101,7 @@ def scan(fitter: Fitter, fit: Fit, candidates: Sequence[Coordinate]) -> list[Sco
                 for c, column in zip(some, columns, strict=True)}  # fmt: skip
 
     scores = scored(candidates, roughly=True)
-    least = max((NEXT_TO_NOTHING * s.statistic for s in scores.values()), default=0.0)
+    least = max((LEAST_COARSE_PART * s.statistic for s in scores.values()), default=0.0)
     likely = [c for c in candidates if c.channel and scores[c.name].statistic > least]
     scores |= scored(likely, roughly=False)
     return sorted(scores.values(), key=lambda s: -s.statistic)
@@ -115,7 +115,7 @@ def score_of(candidate: Coordinate, sensitivity: Array, project: Projection) -> 
     gradient = float(column @ project.residual)
     low, high = candidate.bounds
     estimate = 0.0
-    if information > NOTHING:
+    if information > NO_EFFECT:
         estimate = float(np.clip(-gradient / information, low, high))
     expected = -2.0 * estimate * gradient - estimate**2 * information
     power = float(project.residual @ project.residual)
@@ -132,7 +132,7 @@ def score_of(candidate: Coordinate, sensitivity: Array, project: Projection) -> 
     )
 
 
-def anew(fitter: Fitter, fit: Fit, score: Score) -> Score:
+def rescored(fitter: Fitter, fit: Fit, score: Score) -> Score:
     """Return a score with the columns of other data, for the same start.
 
     Args:

@@ -13,39 +13,39 @@ from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, score_t
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.estimation.projection import Projection
-from hil_emulator.identify.estimation.settled import settled
+from hil_emulator.identify.estimation.reported_model import report_model
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.observer.predictor import Predictor
 from hil_emulator.identify.prediction.parallel.pool import Batch, Pool
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.certainty import (
-    apart,
-    faint,
-    hardly_likelier,
-    not_by_chance,
-    re_examine,
+    drop_superfluous,
+    heterogeneous_estimates,
+    highly_implausible_parameters,
+    negligible_likelihood_gain,
+    weak_effects,
 )
 from hil_emulator.identify.selection.discrepancies import Discrepancies
 from hil_emulator.identify.selection.evidence import Trial
-from hil_emulator.identify.selection.law_between import between, left_in_place
 from hil_emulator.identify.selection.law_form import (
     displacing,
     judge,
     nearest,
-    others_beside,
+    untried_independent,
 )
-from hil_emulator.identify.selection.levels import INEXACT, needed_delta_chi2
+from hil_emulator.identify.selection.levels import LAW_TOLERANCE, needed_delta_chi2
+from hil_emulator.identify.selection.mixed_law import mixed_laws, rejected_in_place
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.refits import (
     CandidateRefits,
-    Lookahead,
-    certain,
+    PairSearch,
     held_out,
-    quietest,
+    reweigh_by_best,
+    significant_with_estimated_noise,
 )
 from hil_emulator.identify.selection.rivals import rivals_of
-from hil_emulator.identify.selection.scan import Score, anew, pairs_of, scan
-from hil_emulator.identify.selection.starts import Confirmation, as_configured
+from hil_emulator.identify.selection.scan import Score, pairs_of, rescored, scan
+from hil_emulator.identify.selection.starts import NonlinearCheck, as_configured
 
 REFITTED = 4
 """Candidates that are refitted together with everything else."""
@@ -53,13 +53,13 @@ REFITTED = 4
 MOST_EFFECTS = 5
 """Most effects that are looked for."""
 
-AGAIN = 5
+REWEIGHTED_ITERATIONS = 5
 """Iterations of a fit that begins at one by another noise."""
 
 BETTER_BASES = 3
 """Most times that a round is repeated from a better fit without any candidate."""
 
-RETURNS = 3
+RETURN_ITERATIONS = 3
 """Iterations of a fit that goes on without the effect that led there."""
 
 KEPT_TERMS = 2
@@ -114,37 +114,37 @@ class Searcher:
         while True:
             self.tell(f"refitting {len(search.free)} parameters")
             base = self._converged(search)
-            if search.effects and hardly_likelier(search, base):
+            if search.effects and negligible_likelihood_gain(search, base):
                 name = search.effects[-1].name
                 why = "named, but the data are hardly more likely with it"
                 self._take_out(search, name, why, search.rounds[-1].base)
                 break
-            found = self._judged_from(search, base)
+            found = self._evaluate_round(search, base)
             search.rounds.append(found)
             judge(search, found)
             for _ in range(BETTER_BASES):
-                better = self._led_to_better(search, found)
+                better = self._better_base(search, found)
                 if better is None:
                     break
-                search.rounds[-1] = self._judged_from(search, better)
+                search.rounds[-1] = self._evaluate_round(search, better)
                 found = search.rounds[-1]
                 judge(search, found)
             if not found.accepted:
-                self._beside_laws(search, found)
-            found = self._in_less_noise(search, found)
+                self._refit_independent(search, found)
+            found = self._with_reestimated_noise(search, found)
             if found.accepted:
                 self._accept(search, found)
             found.slim()
             if not found.accepted:
                 break
-            re_examine(self.fitter, search, self.tell)
+            drop_superfluous(self.fitter, search, self.tell)
         self._conclude(search)
         return search
 
     def _accept(self, search: Search, found: Round) -> None:
         """Take the best candidate of a round into the model."""
         named = found.trials[0]
-        found.alike, found.separating = rivals_of(
+        found.indistinguishable, found.separating_size = rivals_of(
             named, found.scores, found.trials, self.fitter.clusters, found.excerpt
         )
         search.add(named)
@@ -159,7 +159,7 @@ class Searcher:
         found = Round(base, [], [], self._terms(base))
         search.rounds.append(found)
         # by the measure by which a search ends, so that both give one answer
-        beside = Discrepancies(self.fitter, base, [], None) if found.worthwhile else None
+        beside = Discrepancies(self.fitter, base, [], None) if found.noticeable else None
         found.unknown = beside is not None and bool(beside.unknown())
         search.unexplained = found.strongest
         return search
@@ -171,15 +171,17 @@ class Searcher:
         start = coarse_start(self.fitter, self.nuisances)
         if start.any():
             fits = [converge(self.fitter, self.nuisances, at) for at in (self._search.at, start)]
-            self._search.settle(min(fits, key=lambda fit: fit.deviance))
+            self._search.continue_from(min(fits, key=lambda fit: fit.deviance))
         return self._search
 
     def _converged(self, search: Search, passes: int = 8) -> Fit:
         """Refit everything in the model, and go on from there."""
         fitter, last = self.fitter, search.final
-        return search.settle(converge(fitter, search.free, search.at, search.effects, passes, last))
+        return search.continue_from(
+            converge(fitter, search.free, search.at, search.effects, passes, last)
+        )
 
-    def _led_to_better(self, search: Search, found: Round) -> Fit | None:
+    def _better_base(self, search: Search, found: Round) -> Fit | None:
         """Return a better fit without any candidate, if the best fit with one has led there.
 
         What ordinary parameters explain elsewhere is no gain of an effect that moved them there.
@@ -189,7 +191,9 @@ class Searcher:
             return None
         ordinary = {c.name for c in found.base.coordinates}
         start = ended.without([c.name for c in ended.coordinates if c.name not in ordinary])
-        fit = self.fitter.fit(start.coordinates, start.at, RETURNS, jacobian=start.jacobian)
+        fit = self.fitter.fit(
+            start.coordinates, start.at, RETURN_ITERATIONS, jacobian=start.jacobian
+        )
         if found.base.chi2 - fit.chi2 < found.needed:
             return None
         search.adopt(fit)
@@ -198,21 +202,21 @@ class Searcher:
             return base
         if found.base.frozen is not None:
             self.fitter.freeze(found.base.coordinates, found.base.frozen)
-        search.settle(found.base)
+        search.continue_from(found.base)
         return None
 
-    def _beside_laws(self, search: Search, found: Round) -> None:
+    def _refit_independent(self, search: Search, found: Round) -> None:
         """Refit what stands out beside a law that does not fit, and judge the round with it."""
-        likely = others_beside(search, found)
+        likely = untried_independent(search, found)
         if not likely:
             return
         self.tell(f"refitting {len(likely)} effects beside a law that does not fit")
         base = found.base
         refits = CandidateRefits(self.fitter, base, self._held_out(base), found.needed)
-        found.trials += refits.refit([anew(self.fitter, base, s) for s in likely])
+        found.trials += refits.refit([rescored(self.fitter, base, s) for s in likely])
         judge(search, found)
 
-    def _judged_from(self, search: Search, base: Fit, best: Fit | None = None) -> Round:
+    def _evaluate_round(self, search: Search, base: Fit, best: Fit | None = None) -> Round:
         """Return what candidates and free terms explain that a fit does not."""
         names = {c.name for c in search.effects}
         rest = [c for c in self.candidates if c.name not in names]
@@ -226,17 +230,17 @@ class Searcher:
         terms = self._terms(base, None if names else KEPT_TERMS)
         return Round(base, scores, trials, terms, excerpt=excerpt)
 
-    def _in_less_noise(self, search: Search, found: Round) -> Round:
+    def _with_reestimated_noise(self, search: Search, found: Round) -> Round:
         """Judge a round again by the noise that its likeliest candidate leaves, if it is named."""
         noisy = self.fitter.batch
         likely = [t.score for t in found.trials] or found.scores
-        best = quietest(self.fitter, found.base, likely)
+        best = reweigh_by_best(self.fitter, found.base, likely)
         if best is None:
             return found
-        base = self.fitter.fit(found.base.coordinates, found.base.at, AGAIN)
-        search.rounds[-1] = again = self._judged_from(search, base, best)
+        base = self.fitter.fit(found.base.coordinates, found.base.at, REWEIGHTED_ITERATIONS)
+        search.rounds[-1] = again = self._evaluate_round(search, base, best)
         judge(search, again)
-        if again.accepted and certain(again):
+        if again.accepted and significant_with_estimated_noise(again):
             return again
         self.fitter.batch, search.rounds[-1] = noisy, found
         judge(search, found)
@@ -248,22 +252,24 @@ class Searcher:
     ) -> tuple[list[Score], list[Trial]]:  # fmt: skip
         """Return the score of every candidate in an excerpt, and the likeliest, refitted to all."""
         scores = scan(excerpt.fitter, excerpt.fit, rest)
-        look = Confirmation(excerpt.fitter, excerpt.fit)
+        look = NonlinearCheck(excerpt.fitter, excerpt.fit)
         likely = look.best(scores, REFITTED)
-        if not_by_chance(base):
-            likely = look.stood_in_for(scores, likely, REFITTED)
+        if highly_implausible_parameters(base):
+            likely = look.masked_by_nuisance(scores, likely, REFITTED)
         scores, pairs = [s.lean() for s in scores], pairs_of(scores, excerpt.fit)
-        likely = [anew(self.fitter, base, s) for s in likely]
+        likely = [rescored(self.fitter, base, s) for s in likely]
         held = self._held_out(base, best)
         needed = needed_delta_chi2(len(scores))
         trials = CandidateRefits(self.fitter, base, held, needed).refit(likely)
         alone = max((t.evidence.delta_chi2 for t in trials), default=0.0)
-        ahead = Lookahead(self.fitter, base, held, needed)
-        leader = ahead.leader(pairs, alone)
-        if leader is not None:
-            leader = replace(leader, score=anew(self.fitter, base, leader.score).lean())
-            others = [t for t in trials if t.score.coordinate != leader.score.coordinate]
-            trials = [leader, *others]
+        ahead = PairSearch(self.fitter, base, held, needed)
+        first_of_pair = ahead.first_of_pair(pairs, alone)
+        if first_of_pair is not None:
+            first_of_pair = replace(
+                first_of_pair, score=rescored(self.fitter, base, first_of_pair.score).lean()
+            )
+            others = [t for t in trials if t.score.coordinate != first_of_pair.score.coordinate]
+            trials = [first_of_pair, *others]
         nearest_fit = min(trials, key=lambda t: t.fit.chi2, default=None)
         for trial in trials:
             if trial is not nearest_fit and not trial.evidence.passed:
@@ -273,8 +279,8 @@ class Searcher:
     def _terms(self, base: Fit, kept: int | None = None) -> list[DiscrepancyTerm]:
         """Return nonparametric terms, those that are worth a word first."""
         terms = self._scored(base, kept=kept)
-        worthwhile = {t.title for t in Round(base, [], [], terms).worthwhile}
-        return sorted(terms, key=lambda t: t.title not in worthwhile)
+        noticeable = {t.title for t in Round(base, [], [], terms).noticeable}
+        return sorted(terms, key=lambda t: t.title not in noticeable)
 
     def _scored(
         self, base: Fit, only: Sequence[str] | None = None, kept: int | None = None
@@ -286,22 +292,22 @@ class Searcher:
     def _conclude(self, search: Search) -> None:
         """Say of each effect whether its law is the catalogue's, and what no effect explains."""
         held = partial(self._held_out, search.rounds[-1].base)
-        search.between = between(self.fitter, search, held)
-        beside = self._weighed(search)
-        for name in faint(search):
+        search.completions = mixed_laws(self.fitter, search, held)
+        beside = self._assess_discrepancies(search)
+        for name in weak_effects(search):
             self.tell(f"{name} is too faint")
             why = "named, but too faint for a law or a value as uncertain as that"
             self._take_out(search, name, why)
-            beside = self._weighed(search)
+            beside = self._assess_discrepancies(search)
         last = search.rounds[-1]
         titles = [shape.title for shape in beside.unknown()]
         if titles:
             search.unexplained = self._scored(last.base, titles)
             search.nearest = nearest(search.unexplained[0], last.scores)
-        elif not search.effects and not_by_chance(last.base):
-            search.nearest = self._stood_in_for(last.base)
+        elif not search.effects and highly_implausible_parameters(last.base):
+            search.nearest = self._masked_effect(last.base)
 
-    def _stood_in_for(self, fit: Fit) -> str:
+    def _masked_effect(self, fit: Fit) -> str:
         """Return the effect that explains the most where parameters driven far go back."""
         excerpt = excerpt_of(self.fitter, fit)
         there = as_configured(excerpt.fitter, excerpt.fit)
@@ -309,23 +315,29 @@ class Searcher:
         needed = needed_delta_chi2(len(scores))
         return next((s.coordinate.name for s in scores if s.statistic > needed), "")
 
-    def _weighed(self, search: Search) -> Discrepancies:
+    def _assess_discrepancies(self, search: Search) -> Discrepancies:
         """Weigh what acts beside the model, and say what that makes of the laws in it."""
         base, terms = search.rounds[-1].base, search.rounds[-1].terms
         self.tell("weighing what acts beside the model")
         held = self._held_out(base)
         elsewhere = self.fitter.elsewhere(base, held) if held is not None else None
         beside = Discrepancies(self.fitter, base, search.effects, elsewhere)
-        search.settled = settled(self.fitter, base, search.effects, elsewhere, terms)
+        search.reported_model = report_model(self.fitter, base, search.effects, elsewhere, terms)
         names = {c.name for c in search.effects}
-        completed = {name: str(c) for name, c in search.between.items()
-                     if name in names and c.part > INEXACT}  # fmt: skip
+        completed = {name: str(c) for name, c in search.completions.items()
+                     if name in names and c.part > LAW_TOLERANCE}  # fmt: skip
         displaced = displacing(search.effects, base)
-        unequal, left = apart(search.settled), left_in_place(search)
+        unequal, left = heterogeneous_estimates(search.reported_model), rejected_in_place(search)
         refused = {name: str(there) for name, there in left.items()}
-        search.forms = {**refused, **unequal, **displaced, **completed, **beside.other_laws()}
-        search.lacks = {name: max(part, left[name].part if name in left else 0.0)
-                        for name, part in beside.lacks.items()}  # fmt: skip
+        search.law_mismatch = {
+            **refused,
+            **unequal,
+            **displaced,
+            **completed,
+            **beside.other_laws(),
+        }
+        search.lack_of_fit = {name: max(part, left[name].part if name in left else 0.0)
+                        for name, part in beside.lack_of_fit.items()}  # fmt: skip
         return beside
 
     def _take_out(self, search: Search, name: str, why: str, before: Fit | None = None) -> None:
@@ -336,7 +348,7 @@ class Searcher:
         itself, last = search.selected_in(name).trials[0].score, search.rounds[-1]
         search.remove(name, why)
         if before is not None:
-            search.settle(before)
+            search.continue_from(before)
         base = self._converged(search, 2)
         search.rounds.append(Round(base, [itself, *last.scores], [], self._terms(base)))
 

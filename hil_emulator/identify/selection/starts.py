@@ -19,13 +19,13 @@ from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.levels import GREATER_PART
 from hil_emulator.identify.selection.scan import Score, scan, score_of
 
-WORTHLESS = 8.0
+LEAST_EXPECTED_GAIN = 8.0
 """Expected gain in chi-square below which a candidate is not looked at."""
 
 SECANTS = 2
 """Most of their secants that are followed."""
 
-MOST_SOUNDED = 16
+MOST_SIZE_SEARCHES = 16
 """Most candidates that are tried at several sizes."""
 
 SAME_EFFECT = 0.998
@@ -34,15 +34,15 @@ SAME_EFFECT = 0.998
 TRIED_SIZES = (0.1, 0.3, 1.0, 3.0)
 """Typical sizes at which an effect is tried that its linearisation leads astray (assumed)."""
 
-DEAR = 3.0
+SLOW_FACTOR = 3.0
 """How much longer than usual a prediction may take for an effect to be tried at any size but its
 typical one: a coupling that hardly gives is stiff, and does nothing (assumed)."""
 
-TAKEOVER_ITERATIONS = 3
+RESTART_ITERATIONS = 3
 """Iterations of a refit that begins with parameters as they are configured."""
 
 
-class Confirmation:
+class NonlinearCheck:
     """Looks at candidates with the model itself.
 
     Args:
@@ -54,7 +54,7 @@ class Confirmation:
     def __init__(self, fitter: Fitter, fit: Fit) -> None:
         self._fitter, self._fit = fitter, fit
         self._project = Projection(fit)
-        self._takeover = Takeover(fitter, fit)
+        self._nuisance_restart = NuisanceRestart(fitter, fit)
 
     def best(self, scores: Sequence[Score], wanted: int) -> list[Score]:
         """Return the best scores that hold where the linear model puts the estimate.
@@ -72,9 +72,9 @@ class Confirmation:
         found: list[Score] = []
         tried = {i: s for i, s in enumerate(scores) if s.flat}
         begun = [(i, self._nearer(s) if s.flat else s) for i, s in enumerate(scores)]
-        queue = [(-s.statistic, i, s) for i, s in begun if s.statistic > WORTHLESS]
+        queue = [(-s.statistic, i, s) for i, s in begun if s.statistic > LEAST_EXPECTED_GAIN]
         heapq.heapify(queue)
-        most = len(tried) + MOST_SOUNDED
+        most = len(tried) + MOST_SIZE_SEARCHES
         while queue and len(found) < wanted and len(tried) < most:
             _, i, score = heapq.heappop(queue)
             if i in tried:
@@ -83,18 +83,18 @@ class Confirmation:
             holds = self._holds(score)
             options = [score] if holds else []
             if not any(_alike(score, other) for other in (*tried.values(), *found)):
-                options += self._takeover.starts(score)
-                options += [] if holds else self._sounding(score)
+                options += self._nuisance_restart.starts(score)
+                options += [] if holds else self._size_search(score)
             best = max(options, key=lambda s: s.statistic, default=score)
             if best is score and holds:
                 found.append(score)
                 continue
             tried[i] = score
-            if options and best.statistic > WORTHLESS:
+            if options and best.statistic > LEAST_EXPECTED_GAIN:
                 heapq.heappush(queue, (-best.statistic, i, best))
-        return found + self._kin(found, [s for i, s in enumerate(scores) if i not in tried])
+        return found + self._same_stage(found, [s for i, s in enumerate(scores) if i not in tried])
 
-    def stood_in_for(
+    def masked_by_nuisance(
         self, scores: Sequence[Score], likely: Sequence[Score], wanted: int
     ) -> list[Score]:
         """Return the likely candidates, with those that parameters driven far stand in for.
@@ -107,31 +107,31 @@ class Confirmation:
             wanted: how many more are enough.
 
         """
-        there = self._takeover.there
+        there = self._nuisance_restart.there
         if there is None:
             return list(likely)
         known = {s.coordinate.name for s in likely}
         of = {s.coordinate.name: s for s in scores if s.coordinate.name not in known}
         best = scan(self._fitter, there, [s.coordinate for s in of.values()])[:wanted]
-        starts = [s for b in best for s in self._takeover.starts(of[b.coordinate.name])]
-        return [*likely, *(s for s in starts if s.statistic > WORTHLESS)]
+        starts = [s for b in best for s in self._nuisance_restart.starts(of[b.coordinate.name])]
+        return [*likely, *(s for s in starts if s.statistic > LEAST_EXPECTED_GAIN)]
 
     def _nearer(self, limit: Score) -> Score:
         """Return where a limit explains the most; it gains nothing where it hardly acts."""
-        return max(self._sounding(limit), key=lambda s: s.statistic, default=limit)
+        return max(self._size_search(limit), key=lambda s: s.statistic, default=limit)
 
-    def _kin(self, found: Sequence[Score], rest: Sequence[Score]) -> list[Score]:
+    def _same_stage(self, found: Sequence[Score], rest: Sequence[Score]) -> list[Score]:
         """Return effects that act at the place in the model at which the best one does.
 
         Of two that do the same, the linearisation of one may lead somewhere, the other's nowhere.
         """
         best = max(found, key=lambda s: s.statistic, default=None)
-        if best is None or best.coordinate.channel or best.statistic < WORTHLESS:
+        if best is None or best.coordinate.channel or best.statistic < LEAST_EXPECTED_GAIN:
             return []
         known = {s.coordinate.name for s in found}
         kin = [s for s in rest if s.coordinate.name not in known
                and s.coordinate.stage == best.coordinate.stage]  # fmt: skip
-        starts = [max(self._sounding(s), key=lambda o: o.statistic, default=s) for s in kin]
+        starts = [max(self._size_search(s), key=lambda o: o.statistic, default=s) for s in kin]
         return [s for s in starts if s.statistic > GREATER_PART * best.statistic]
 
     def _holds(self, score: Score) -> bool:
@@ -146,7 +146,7 @@ class Confirmation:
         fit, fitter = self._fit, self._fitter
         free = [*fit.coordinates, scores[0].coordinate]
         points = [np.append(fit.at + s.estimate * s.response, s.estimate) for s in scores]
-        dear = [abs(p[-1]) < TRIED_SIZES[1] and fitter.cost(free, p) > DEAR for p in points]
+        dear = [abs(p[-1]) < TRIED_SIZES[1] and fitter.cost(free, p) > SLOW_FACTOR for p in points]
         tried = [p for p, costs in zip(points, dear, strict=True) if not costs]
         deltas = self._deltas_at(free, tried, fit.chi2 - least)
         return [-math.inf if costs else next(deltas) for costs in dear]
@@ -157,7 +157,7 @@ class Confirmation:
         for found in self._fitter.within(free, points, most):
             yield -math.inf if found is None else self._fit.chi2 - found[1]
 
-    def _sounding(self, score: Score) -> list[Score]:
+    def _size_search(self, score: Score) -> list[Score]:
         """Return starts at several sizes, and where the most promising secants to them lead.
 
         Between sizes that explain something, all may be worse.
@@ -166,7 +166,7 @@ class Confirmation:
         fit = self._fit
         free = [*fit.coordinates, score.coordinate]
         sizes = (score.estimate, *(sense * k for k in TRIED_SIZES))
-        tries = list(tries_of(self._fitter, score, fit, sizes))
+        tries = list(trial_points(self._fitter, score, fit, sizes))
         starts, secants = [], []
         for at, residual in zip(tries, self._fitter.residuals(free, tries), strict=True):
             delta_chi2 = fit.chi2 - self._fitter.loss(free, at, residual)
@@ -184,7 +184,7 @@ def _alike(one: Score, other: Score) -> bool:
     return product**2 > SAME_EFFECT * one.information * other.information
 
 
-class Takeover:
+class NuisanceRestart:
     """Starts for candidates where the gap has driven ordinary parameters far.
 
     A valve that is fitted slow hides a delay: only where it is as fast as configured does the
@@ -207,7 +207,7 @@ class Takeover:
             return []
         free = [*there.coordinates, score.coordinate]
         tries = list(
-            tries_of(self._fitter, score, there, (*TRIED_SIZES, *(-k for k in TRIED_SIZES)))
+            trial_points(self._fitter, score, there, (*TRIED_SIZES, *(-k for k in TRIED_SIZES)))
         )
         most = there.chi2 - GREATER_PART * (there.chi2 - self._fit.chi2)
         found = zip(tries, self._fitter.within(free, tries, most), strict=True)
@@ -216,22 +216,22 @@ class Takeover:
             return []
         _, at, residual = min(losses, key=lambda t: t[0])
         jacobian = np.column_stack([there.jacobian, (residual - there.residual) / at[-1]])
-        taken = self._fitter.fit(free, at, TAKEOVER_ITERATIONS, jacobian=jacobian)
+        taken = self._fitter.fit(free, at, RESTART_ITERATIONS, jacobian=jacobian)
         values = {c.name: a for c, a in zip(free, taken.at, strict=True)}
         whole = [*self._fit.coordinates, score.coordinate]
         start = np.array([values.get(c.name, 0.0) for c in whole])
-        fit = self._fitter.fit(whole, start, TAKEOVER_ITERATIONS)
+        fit = self._fitter.fit(whole, start, RESTART_ITERATIONS)
         delta_chi2 = self._fit.chi2 - fit.chi2
         return [replace(score, statistic=delta_chi2, estimate=float(fit.at[-1]), start=fit.at)]
 
 
-def tries_of(fitter: Fitter, score: Score, fit: Fit, sizes: Sequence[float]) -> Iterator[Array]:
+def trial_points(fitter: Fitter, score: Score, fit: Fit, sizes: Sequence[float]) -> Iterator[Array]:
     """Yield a fit's coordinates with a candidate at some sizes: those it may have, and not dear."""
     low, high = score.coordinate.bounds
     free = [*fit.coordinates, score.coordinate]
     for size in sizes:
         tried = np.append(fit.at, size)
-        dear = abs(size) != 1.0 and fitter.cost(free, tried) > DEAR
+        dear = abs(size) != 1.0 and fitter.cost(free, tried) > SLOW_FACTOR
         if low <= size <= high and size != 0.0 and not dear:
             yield tried
 

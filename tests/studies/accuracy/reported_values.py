@@ -52,7 +52,7 @@ class Reported:
 def values(which: Case, result: Result) -> Iterator[Reported]:
     """Yield the effects that were rightly named."""
     search = result.search
-    if search is None or search.final is None or search.settled is None:
+    if search is None or search.final is None or search.reported_model is None:
         return
     fitted = dict(zip([c.name for c in search.final.coordinates], search.final.at, strict=True))
     for finding in result.effects:
@@ -64,7 +64,7 @@ def values(which: Case, result: Result) -> Iterator[Reported]:
         yield Reported(
             finding.name, "friction" in finding.name, abs(first / true - 1.0),
             abs(finding.value / true - 1.0), 0.5 * (high - low) / abs(finding.value),
-            low <= true <= high, search.settled.sizes[finding.name].by_chance,
+            low <= true <= high, search.reported_model.sizes[finding.name].by_chance,
         )  # fmt: skip
 
 

@@ -16,9 +16,9 @@ from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.prediction.parallel.pool import Batch
 from hil_emulator.identify.selection.evidence import LEAST_HELD_OUT
-from hil_emulator.identify.selection.levels import GREATER_PART, INEXACT, SMALL_PART
-from hil_emulator.identify.selection.progress import Completion, Round, Search, StandIn
-from hil_emulator.identify.selection.rivals import weighed
+from hil_emulator.identify.selection.levels import GREATER_PART, LAW_TOLERANCE, SMALL_PART
+from hil_emulator.identify.selection.progress import Completion, RivalStart, Round, Search
+from hil_emulator.identify.selection.rivals import rival_start
 
 RIVAL_SHARE = 0.25
 """Part of the work with which the rival begins (assumed)."""
@@ -27,7 +27,7 @@ SHARED_ITERATIONS = 6
 """Of the refit of both (assumed)."""
 
 
-def between(
+def mixed_laws(
     fitter: Fitter, search: Search, held: Callable[[], Batch | None]
 ) -> dict[str, Completion]:  # fmt: skip
     """Return, by effect in the model, the rival that only completes its law.
@@ -44,14 +44,14 @@ def between(
         name = first.trials[0].score.coordinate.name
         if rival in _names(base):
             continue
-        both = _shared(fitter, base, name, weighed(first, rival))
+        both = _shared(fitter, base, name, rival_start(first, rival))
         part = (base.chi2 - both.chi2) / first.trials[0].evidence.delta_chi2
         if part < SMALL_PART and _certain(fitter, base, both, held, search.rounds[-1].needed):
             found.setdefault(name, Completion(name, rival, part))
     return found
 
 
-class Left(NamedTuple):
+class Remainder(NamedTuple):
     """What the law of an effect leaves to another one at its place.
 
     Attributes:
@@ -68,21 +68,21 @@ class Left(NamedTuple):
         return f"{self.to} explains {self.part:.0%} more there, and is refused"
 
 
-def left_in_place(search: Search) -> dict[str, Left]:
+def rejected_in_place(search: Search) -> dict[str, Remainder]:
     """Return, by name, the effects that leave a refused one at their place more than chance.
 
     It explains nothing elsewhere, or less than other shapes do, so it has no name of its own; but
     their laws leave less, if they are the machine's. What explains most of what an effect did is
     no shape of it.
     """
-    found: dict[str, Left] = {}
+    found: dict[str, Remainder] = {}
     for trial in search.rounds[-1].trials:
-        if not trial.evidence.certain:
+        if not trial.evidence.significant:
             continue
         other, explained = trial.score.coordinate, trial.evidence.delta_chi2
         for name in [c.name for c in search.effects if c.place == other.place]:
-            left = Left(other.name, explained / search.selected_in(name).best)
-            most = found.get(name, Left("", INEXACT)).part
+            left = Remainder(other.name, explained / search.selected_in(name).best)
+            most = found.get(name, Remainder("", LAW_TOLERANCE)).part
             if most < left.part < GREATER_PART:
                 found[name] = left
     return found
@@ -107,7 +107,7 @@ def _names(fit: Fit) -> set[str]:
     return {c.name for c in fit.coordinates}
 
 
-def _shared(fitter: Fitter, base: Fit, name: str, rival: StandIn) -> Fit:
+def _shared(fitter: Fitter, base: Fit, name: str, rival: RivalStart) -> Fit:
     """Return the model with both, fitted from where they share the work."""
     own, start = rival
     at = np.append(base.at, start)

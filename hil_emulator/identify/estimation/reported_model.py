@@ -17,7 +17,7 @@ from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 
 
 @dataclass(frozen=True)
-class Settled:
+class ReportedModel:
     """A finished model as it is told.
 
     Attributes:
@@ -34,10 +34,10 @@ class Settled:
     terms: Sequence[DiscrepancyTerm]
 
 
-def settled(
+def report_model(
     fitter: Fitter, fit: Fit, effects: Sequence[Coordinate], elsewhere: Linearised | None,
     terms: Sequence[DiscrepancyTerm],
-) -> Settled | None:  # fmt: skip
+) -> ReportedModel | None:  # fmt: skip
     """Return what is told of a model; None where no place of the stroke is seen.
 
     Args:
@@ -65,7 +65,7 @@ def settled(
         for k, name in enumerate(named):
             beyond = ripple.beyond[every.index(name)]
             sizes[name].add(one.name, *_told(one, k, beyond), parts)
-    return Settled(
+    return ReportedModel(
         ripple.fit, _deviations(fitter, ripple.fit, trained, left), sizes,
         _remaining(fitter, replace(fit, residual=left), terms),
     )  # fmt: skip
