@@ -95,7 +95,7 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
     if ambiguous:
         f = ambiguous[0]
         if thorough:
-            result.plan = recommend(searcher, search, f.name, f.group, searcher.tell)
+            result.plan = recommend(searcher, search, f.name, f.group, searcher.report)
         result.next_experiment = str(result.plan or "") or _advice(searcher, f)
     predictor, last = searcher.fitter.predictor, _last_fit(search)
     result.notes += other_forms(predictor, searcher.fitter.frozen, last)
@@ -210,7 +210,7 @@ def _find_near_rivals(searcher: Searcher, search: Search) -> None:
         if named not in search.effects:
             after_dropped = True
         elif after_dropped or named.name in search.law_mismatch:
-            searcher.tell(f"looking for near rivals of {named.name}")
+            searcher.report(f"looking for near rivals of {named.name}")
             searched.near_rivals |= near_rivals(searcher.fitter, search, searched)
 
 

@@ -28,7 +28,7 @@ reference machine 0.18 and more, a right one that is shifted gains nothing."""
 
 
 def ordered(
-    predictor: Predictor, given: Investigation, tell: Callable[[str], None], jobs: int = 1
+    predictor: Predictor, given: Investigation, report: Callable[[str], None], jobs: int = 1
 ) -> Investigation:
     """Return the same with each current a row earlier, if that explains the readings better.
 
@@ -42,7 +42,7 @@ def ordered(
     unstated = [e for e in given.learn if e.order_assumed and len(e.current)]
     if not unstated or not isinstance(predictor, Observer):
         return given
-    tell("comparing the current with the readings of its row and of the next one")
+    report("comparing the current with the readings of its row and of the next one")
     fitter = Fitter(predictor, [_course(e) for e in unstated], Threads(predictor, jobs))
     fitter.freeze(given.nuisances, np.zeros(len(given.nuisances)))
     frozen = [f for f in fitter.frozen if isinstance(f, Frozen)]

@@ -64,7 +64,7 @@ class Investigation:
 
 def followed(
     predictor: Predictor, given: Investigation, apart: float,
-    tell: Callable[[str], None] = lambda _: None, model: Fit | None = None,
+    report: Callable[[str], None] = lambda _: None, model: Fit | None = None,
     told: SetPoints = "unknown", jobs: int = 1,
 ) -> Investigation:  # fmt: skip
     """Find out what the current did between rows, and say it in the experiments' notes.
@@ -85,7 +85,7 @@ def followed(
         return given if told == "unknown" else _needless(given)
     if told != "unknown":
         return _with(given, told, "you say")
-    tell("asking whether the current changed between the rows")
+    report("asking whether the current changed between the rows")
     dead_time = [c for c in candidates(predictor.model, ()) if c.name == DEAD_TIME]
     fitter = Fitter(predictor, [moving(e) for e in slow], Threads(predictor, jobs))
     known = given.nuisances if model is None else model.coordinates

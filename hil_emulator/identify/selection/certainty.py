@@ -33,7 +33,7 @@ from hil_emulator.identify.selection.levels import (
 from hil_emulator.identify.selection.progress import Round, Search
 
 
-def drop_superfluous(fitter: Fitter, search: Search, tell: Callable[[str], None]) -> None:
+def drop_superfluous(fitter: Fitter, search: Search, report: Callable[[str], None]) -> None:
     """Drop an earlier effect that the last one has made superfluous.
 
     Args:
@@ -54,7 +54,7 @@ def drop_superfluous(fitter: Fitter, search: Search, tell: Callable[[str], None]
         if fit.chi2 - full.chi2 < search.rounds[-1].needed * widened:
             search.remove(name, "named, later superfluous")
             search.adopt(fit)
-            tell(f"{name} is no longer needed")
+            report(f"{name} is no longer needed")
             return
 
 

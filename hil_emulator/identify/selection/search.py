@@ -84,14 +84,14 @@ class Searcher:
         self, predictor: Predictor, training: Sequence[Experiment],
         validation: Sequence[Experiment], candidates: Sequence[Coordinate],
         nuisances: Sequence[Coordinate], pool: Pool | None = None,
-        tell: Callable[[str], None] = lambda _: None,
+        report: Callable[[str], None] = lambda _: None,
     ) -> None:  # fmt: skip
         self.predictor = predictor
         self.fitter = Fitter(predictor, training, pool)
         self.validation = list(validation)
         self.candidates = list(candidates)
         self.nuisances = list(nuisances)
-        self.tell = tell
+        self.report = report
         self._search = Search(self.nuisances)
 
     def stopped(self) -> Search:
@@ -112,7 +112,7 @@ class Searcher:
         """Search until nothing more is justified."""
         search = self._begin()
         while True:
-            self.tell(f"refitting {len(search.free)} parameters")
+            self.report(f"refitting {len(search.free)} parameters")
             base = self._converged(search)
             if search.effects and negligible_likelihood_gain(search, base):
                 name = search.effects[-1].name
@@ -137,7 +137,7 @@ class Searcher:
             found.slim()
             if not found.accepted:
                 break
-            drop_superfluous(self.fitter, search, self.tell)
+            drop_superfluous(self.fitter, search, self.report)
         self._conclude(search)
         return search
 
@@ -153,9 +153,9 @@ class Searcher:
     def look(self) -> Search:
         """Look for terms alone: no effect is screened, and none accepted."""
         search = self._begin()
-        self.tell(f"refitting {len(search.free)} parameters")
+        self.report(f"refitting {len(search.free)} parameters")
         base = self._converged(search)
-        self.tell("looking for balances that disagree")
+        self.report("looking for balances that disagree")
         found = Round(base, [], [], self._terms(base))
         search.rounds.append(found)
         # by the measure by which a search ends, so that both give one answer
@@ -165,7 +165,7 @@ class Searcher:
         return search
 
     def _begin(self) -> Search:
-        self.tell("choosing where the fit begins")
+        self.report("choosing where the fit begins")
         self._search = Search(self.nuisances)
         self._search.at = np.zeros(len(self.nuisances))
         start = coarse_start(self.fitter, self.nuisances)
@@ -210,7 +210,7 @@ class Searcher:
         likely = untried_independent(search, found)
         if not likely:
             return
-        self.tell(f"refitting {len(likely)} effects beside a law that does not fit")
+        self.report(f"refitting {len(likely)} effects beside a law that does not fit")
         base = found.base
         refits = CandidateRefits(self.fitter, base, self._held_out(base), found.needed)
         found.trials += refits.refit([rescored(self.fitter, base, s) for s in likely])
@@ -222,10 +222,10 @@ class Searcher:
         rest = [c for c in self.candidates if c.name not in names]
         if len(names) == MOST_EFFECTS:
             rest = []
-        self.tell(f"screening {len(rest)} effects")
+        self.report(f"screening {len(rest)} effects")
         excerpt = excerpt_of(self.fitter, base)
         scores, trials = self._screened(search, base, excerpt, rest, best)
-        self.tell("looking for what no effect explains")
+        self.report("looking for what no effect explains")
         # before any is named, there is no law that columns might complete
         terms = self._terms(base, None if names else KEPT_TERMS)
         return Round(base, scores, trials, terms, excerpt=excerpt)
@@ -295,7 +295,7 @@ class Searcher:
         search.completions = mixed_laws(self.fitter, search, held)
         beside = self._assess_discrepancies(search)
         for name in weak_effects(search):
-            self.tell(f"{name} is too faint")
+            self.report(f"{name} is too faint")
             why = "named, but too faint for a law or a value as uncertain as that"
             self._take_out(search, name, why)
             beside = self._assess_discrepancies(search)
@@ -318,7 +318,7 @@ class Searcher:
     def _assess_discrepancies(self, search: Search) -> Discrepancies:
         """Weigh what acts beside the model, and say what that makes of the laws in it."""
         base, terms = search.rounds[-1].base, search.rounds[-1].terms
-        self.tell("weighing what acts beside the model")
+        self.report("weighing what acts beside the model")
         held = self._held_out(base)
         elsewhere = self.fitter.elsewhere(base, held) if held is not None else None
         beside = Discrepancies(self.fitter, base, search.effects, elsewhere)

@@ -197,7 +197,7 @@ class NuisanceRestart:
         fit: possibly with implausible parameters.
 
     Attributes:
-        reset: the fit without its implausible parameters; None if there are none.
+        reset: the fit without its implausible parameters; None without any.
 
     """
 
