@@ -14,11 +14,11 @@ from hil_emulator.identify.prediction.free_terms.balances import CELL, PISTON
 from hil_emulator.identify.prediction.plant.parameters import candidates, ordinary
 from hil_emulator.identify.selection.certainty import (
     confounding_notes,
-    deviation,
     discrepancy_uncertainty,
     heterogeneous_estimates,
     interval,
     nuisance_confounding,
+    total_deviation,
     weak_effects,
 )
 from hil_emulator.identify.selection.evidence import Evidence, Trial
@@ -134,7 +134,7 @@ def test_doubts_come_on_top_of_what_the_data_leave() -> None:
     """They have nothing to do with each other: their squares add."""
     finished = search(100.0, from_fit=0.3, uncertainty=0.4)
     fit = finished.rounds[-1].base
-    assert deviation(finished, fit, "position_friction") == pytest.approx(0.5, rel=1e-3)
+    assert total_deviation(finished, fit, "position_friction") == pytest.approx(0.5, rel=1e-3)
 
 
 def test_a_law_that_lacks_something_leaves_its_value_uncertain() -> None:
@@ -142,7 +142,7 @@ def test_a_law_that_lacks_something_leaves_its_value_uncertain() -> None:
     finished = search(1e4, from_fit=0.1)
     finished.lack_of_fit["position_friction"] = 0.25**2
     fit = finished.rounds[-1].base
-    assert deviation(finished, fit, "position_friction") == pytest.approx(
+    assert total_deviation(finished, fit, "position_friction") == pytest.approx(
         np.hypot(0.1, 0.25), rel=1e-3
     )
 
@@ -181,7 +181,9 @@ def test_a_value_with_an_implausible_parameter_is_uncertain(
         finished.law_mismatch[name] = "another one"
     by_the_data = float(np.sqrt(fit.covariance()[0, 0]))
     moved = nuisance_confounding(fit, 0) if doubted else 0.0
-    assert deviation(finished, fit, name) == pytest.approx(np.hypot(by_the_data, moved), rel=1e-9)
+    assert total_deviation(finished, fit, name) == pytest.approx(
+        np.hypot(by_the_data, moved), rel=1e-9
+    )
     notes = confounding_notes(finished, fit)
     assert len(notes) == (off == 3.5)
     assert all(line.startswith("load_mass") and name in line for line in notes)
@@ -235,7 +237,7 @@ def test_the_larger_measure_of_what_a_law_lacks_counts() -> None:
     heterogeneous_estimates = 0.1 * np.sqrt(1.0 + 1.0 / 3.0)
     for lacks, expected in ((0.05**2, heterogeneous_estimates), (0.3**2, 0.3)):
         finished.lack_of_fit[name] = lacks
-        assert deviation(finished, fit, name) == pytest.approx(expected, rel=1e-3)
+        assert total_deviation(finished, fit, name) == pytest.approx(expected, rel=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -249,7 +251,9 @@ def test_a_law_whose_sizes_are_apart_is_another_one(
     fit, name = search(1e4).rounds[-1].base, "position_friction"
     sizes = Sizes(1.0, 1, ["", "", ""], values, [deviation**2] * 3)
     words = heterogeneous_estimates(ReportedModel(fit, {}, {name: sizes}, []))
-    assert words == ({name: "experiments want from 70% to 130% of this size"} if other else {})
+    assert words == (
+        {name: "single experiments give from 70% to 130% of this value"} if other else {}
+    )
 
 
 @pytest.mark.parametrize(

@@ -301,4 +301,4 @@ def significant_with_estimated_noise(current: Round) -> bool:
     small number n of independent values.
     """
     size = current.base.sample_size
-    return size * math.log1p(current.best / size) > searched.needed
+    return size * math.log1p(current.best / size) > current.needed
