@@ -108,13 +108,13 @@ RULES: dict[str, Rule] = {
     "overshadowed": Rule("a further name for what a law leaves",
                          {"law_form.own_law_explains_more": Always(False)}),
     "one sensor": Rule("two errors of one sensor for one",
-                       {"law_form._of_one_sensor": Always(False)}),
+                       {"law_form._of_same_sensor": Always(False)}),
     "tried elsewhere": Rule("silence about what acts elsewhere than a law that does not fit",
                             {"search.untried_independent": Always([])}),
     "stands beside": Rule("silence about a further effect next to a foreign law",
                           {"law_form.independent_of_named_laws": lambda *_: False}),
     "apart": Rule("silence about a sensor's small error, apart from a law that does not fit",
-                  {"law_form._apart": Always(False)}),
+                  {"law_form._independent": Always(False)}),
     # whether the law of what was named fits, and what remains
     "other law": Rule("a foreign law passed off as the catalogue's",
                       {"discrepancies.LAW_TOLERANCE": ALL}, ("discrepancies.LAW_ERROR_SIZES",)),
@@ -156,8 +156,8 @@ EFFORT = (
     "search.REFITTED", "search.RETURN_ITERATIONS", "search.BETTER_BASES", "search.MOST_EFFECTS",
     "search.REWEIGHTED_ITERATIONS", "search.KEPT_TERMS",
     "starts.SLOW_FACTOR", "starts.RESTART_ITERATIONS", "starts.SAME_EFFECT", "starts.TRIED_SIZES",
-    "mixed_law.RIVAL_SHARE", "rivals.MOST_REPORTED", "law_form.MOST_NEAREST", "law_form.LEFT",
-    "law_form.MOST_UNTRIED",
+    "mixed_law.RIVAL_SHARE", "rivals.MOST_REPORTED", "law_form.MOST_NEAREST",
+    "law_form.LEAST_REMAINING", "law_form.MOST_UNTRIED",
 )  # fmt: skip
 """Constants that decide nothing: number and starting points of computations, resolution, and amount
 of kept and reported numbers."""
