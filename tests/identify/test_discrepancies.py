@@ -183,7 +183,9 @@ def test_what_an_effect_makes_is_what_a_model_without_it_misses(
     held = fitter.frozen_at(other.experiments, free, fit.at)
     discrepancies = Discrepancies(fitter, fit, free[-1:], fitter.elsewhere(fit, held))
     without = fitter.fit(ORDINARY, fit.at[:-1], 6)
-    assert discrepancies.made[name].own == pytest.approx(without.chi2 - fit.chi2, rel=0.12)
+    assert discrepancies.contributions[name].unique == pytest.approx(
+        without.chi2 - fit.chi2, rel=0.12
+    )
 
 
 @pytest.mark.slow

@@ -52,7 +52,7 @@ def terms_of_laws(
 
     | balance | regressor | condition |
     | --- | --- | --- |
-    | of the effect | of its law | none |
+    | of the effect | of its law | always |
     | of the effect | other | reproduces most of the effect's sensitivity |
     | other | other than time | as above, and gains no more than a term in the effect's balance |
     | other | time | never |
