@@ -147,7 +147,7 @@ def discrepancies_of(sides: tuple[Fitter, Fitter], effects: list[Coordinate]) ->
     start = np.array([0.0] * len(ORDINARY) + [1.0] * len(effects))
     fit = converge(fitter, free, start, effects, 3)
     held = fitter.frozen_at(other.experiments, fit.coordinates, fit.at)
-    return Discrepancies(fitter, fit, effects, fitter.elsewhere(fit, held))
+    return Discrepancies(fitter, fit, effects, fitter.linearised(fit, held))
 
 
 def test_what_acts_in_a_balance_of_no_effect_is_unknown(returning: tuple[Fitter, Fitter]) -> None:
@@ -181,7 +181,7 @@ def test_what_an_effect_makes_is_what_a_model_without_it_misses(
     free = [*ORDINARY, COORDINATES[name]]
     fit = converge(fitter, free, np.array([0.0] * len(ORDINARY) + [1.0]), free[-1:], 3)
     held = fitter.frozen_at(other.experiments, free, fit.at)
-    discrepancies = Discrepancies(fitter, fit, free[-1:], fitter.elsewhere(fit, held))
+    discrepancies = Discrepancies(fitter, fit, free[-1:], fitter.linearised(fit, held))
     without = fitter.fit(ORDINARY, fit.at[:-1], 6)
     assert discrepancies.contributions[name].unique == pytest.approx(
         without.chi2 - fit.chi2, rel=0.12
@@ -247,7 +247,7 @@ def test_the_derivative_elsewhere_is_that_of_the_training_data_there(
     fitter.freeze(free, at)
     base = fitter.residual(free, at)
     here = fitter.jacobian(free, at, base)
-    elsewhere = fitter.elsewhere(Fit(free, at, base, here, 0.0), fitter.batch)
+    elsewhere = fitter.linearised(Fit(free, at, base, here, 0.0), fitter.batch)
     np.testing.assert_array_equal(elsewhere.residual, base)
     scale = np.linalg.norm(here, axis=0)
     np.testing.assert_allclose(elsewhere.jacobian / scale, here / scale, atol=1e-2)

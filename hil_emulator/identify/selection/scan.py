@@ -94,16 +94,16 @@ def scan(fitter: Fitter, fit: Fit, candidates: Sequence[Coordinate]) -> list[Sco
     project = Projection(fit)
     at, last = np.append(fit.at, 0.0), len(fit.at)
 
-    def scored(some: Sequence[Coordinate], roughly: bool) -> dict[str, Score]:
+    def scored(some: Sequence[Coordinate], approximate: bool) -> dict[str, Score]:
         wanted = [Derivative([*fit.coordinates, c], at, last) for c in some]
-        columns = fitter.columns(wanted, fit.residual, roughly)
+        columns = fitter.columns(wanted, fit.residual, approximate)
         return {c.name: score_of(c, column.astype(np.float32), project)
                 for c, column in zip(some, columns, strict=True)}  # fmt: skip
 
-    scores = scored(candidates, roughly=True)
+    scores = scored(candidates, approximate=True)
     least = max((LEAST_COARSE_PART * s.statistic for s in scores.values()), default=0.0)
     likely = [c for c in candidates if c.channel and scores[c.name].statistic > least]
-    scores |= scored(likely, roughly=False)
+    scores |= scored(likely, approximate=False)
     return sorted(scores.values(), key=lambda s: -s.statistic)
 
 

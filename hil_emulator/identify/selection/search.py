@@ -328,7 +328,7 @@ class Searcher:
         base, terms = search.rounds[-1].base, search.rounds[-1].terms
         self.report("comparing the model with added free terms")
         held = self._held_out(base)
-        elsewhere = self.fitter.elsewhere(base, held) if held is not None else None
+        elsewhere = self.fitter.linearised(base, held) if held is not None else None
         discrepancies = Discrepancies(self.fitter, base, search.effects, elsewhere)
         search.reported_model = report_model(self.fitter, base, search.effects, elsewhere, terms)
         names = {c.name for c in search.effects}

@@ -53,7 +53,7 @@ def judged(which: Case) -> dict[str, list[str]]:
     def every(searcher: Searcher, search: Search) -> Discrepancies:
         base = search.rounds[-1].base
         held = searcher._held_out(base)
-        elsewhere = None if held is None else searcher.fitter.elsewhere(base, held)
+        elsewhere = None if held is None else searcher.fitter.linearised(base, held)
         for name, values in variations().items():
             with changed(values):
                 weighed_there = Discrepancies(searcher.fitter, base, search.effects, elsewhere)
