@@ -123,12 +123,12 @@ def _undecided(
             return replace(second, held_assumed=True)
     elif first.least_dead_time > 0.0 and not first.named:
         report("searching again: a held current acts late as well")
-        second = search(held(given, "it comes late"))
+        second = search(held(given, "it acts late"))
         simple = second.search is not None and not second.named and not second.implausible
         later = first.least_dead_time > hold(given.learn)
         if simple or (later and second.named == {DEAD_TIME}):
             missing = "if it moved" if simple else "in any case"
-            noted = held(given, f"it comes late; {missing}, a dead time is missing")
+            noted = held(given, f"it acts late; {missing}, a dead time is missing")
             return replace(second, investigation=noted, held_assumed=True)
     return first
 
@@ -158,7 +158,7 @@ def widen(predictor: Predictor, last: Searched, report: Report, jobs: int = 1) -
     deviations = {name: math.hypot(deviation, shift.get(name, 0.0))
                   for name, deviation in search.reported_model.deviations.items()}  # fmt: skip
     search.reported_model = replace(search.reported_model, deviations=deviations)
-    return ["intervals hold the values of a current that was held from row to row, too"]
+    return ["intervals include the values for a current that was held from row to row"]
 
 
 def reconsidered(

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hil_emulator.identify.estimation.experiment_estimates import EstimatesByExperiment
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.estimation.reported_model import ReportedModel
-from hil_emulator.identify.estimation.sizes import Sizes
 from hil_emulator.identify.prediction.free_terms.balances import CELL, PISTON
 from hil_emulator.identify.prediction.plant.parameters import candidates, ordinary
 from hil_emulator.identify.selection.certainty import (
@@ -221,8 +221,14 @@ def test_an_interval_holds_the_size_that_one_more_experiment_wants() -> None:
     for _ in range(2000):
         *drawn, eighth = (1.0 + 0.1 * random.standard_normal(8)).tolist()
         reported = replace(fit, at=np.array([np.mean(drawn)]))
-        sizes = {"position_friction": Sizes(float(np.mean(drawn)), 1, [""] * 7, drawn, [1e-8] * 7)}
-        finished.reported_model = ReportedModel(reported, {"position_friction": 1e-4}, sizes, [])
+        estimates = {
+            "position_friction": EstimatesByExperiment(
+                float(np.mean(drawn)), 1, [""] * 7, drawn, [1e-8] * 7
+            )
+        }
+        finished.reported_model = ReportedModel(
+            reported, {"position_friction": 1e-4}, estimates, []
+        )
         low, high = interval(finished, reported, "position_friction")
         inside.append(low < eighth < high)
     assert np.mean(inside) == pytest.approx(0.95, abs=0.015)
@@ -232,8 +238,8 @@ def test_the_larger_measure_of_what_a_law_lacks_counts() -> None:
     """Free terms see what is alike in all experiments, and sizes what no regressor explains."""
     finished = search(1e4)
     fit, name = finished.rounds[-1].base, "position_friction"
-    sizes = Sizes(1.0, 1, [""] * 3, [0.9, 1.0, 1.1], [1e-8] * 3)
-    finished.reported_model = ReportedModel(fit, {name: 1e-4}, {name: sizes}, [])
+    estimates = EstimatesByExperiment(1.0, 1, [""] * 3, [0.9, 1.0, 1.1], [1e-8] * 3)
+    finished.reported_model = ReportedModel(fit, {name: 1e-4}, {name: estimates}, [])
     heterogeneous_estimates = 0.1 * np.sqrt(1.0 + 1.0 / 3.0)
     for lacks, expected in ((0.05**2, heterogeneous_estimates), (0.3**2, 0.3)):
         finished.lack_of_fit[name] = lacks
@@ -249,8 +255,8 @@ def test_a_law_whose_sizes_are_apart_is_another_one(
 ) -> None:
     """Beyond chance, and beyond the root of the 1.5 % that any law may lack: 12 % of itself."""
     fit, name = search(1e4).rounds[-1].base, "position_friction"
-    sizes = Sizes(1.0, 1, ["", "", ""], values, [deviation**2] * 3)
-    words = heterogeneous_estimates(ReportedModel(fit, {}, {name: sizes}, []))
+    estimates = EstimatesByExperiment(1.0, 1, ["", "", ""], values, [deviation**2] * 3)
+    words = heterogeneous_estimates(ReportedModel(fit, {}, {name: estimates}, []))
     assert words == (
         {name: "single experiments give from 70% to 130% of this value"} if other else {}
     )
@@ -266,8 +272,8 @@ def test_sizes_about_zero_are_reported_as_well(about: float, parts: dict[str, st
     A value below half of its uncertainty in each experiment, or of zero, has no parts.
     """
     fit, name = search(1e4).rounds[-1].base, "position_friction"
-    sizes = Sizes(about, 1, ["", "", ""], [-0.1, 0.0, 0.1], [0.02**2] * 3)
-    words = heterogeneous_estimates(ReportedModel(fit, {}, {name: sizes}, []))
+    estimates = EstimatesByExperiment(about, 1, ["", "", ""], [-0.1, 0.0, 0.1], [0.02**2] * 3)
+    words = heterogeneous_estimates(ReportedModel(fit, {}, {name: estimates}, []))
     assert {n: part for n, part in parts.items() if part in words[n]} == parts
     assert bool(words) == bool(parts)
 

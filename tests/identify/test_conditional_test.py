@@ -201,6 +201,6 @@ def test_a_term_that_follows_any_ripple_needs_more(hats: int, worth: bool) -> No
     knots = np.zeros(hats)
     statistic = 2.0 * 0.01 * N + 5.0
     ripple = DiscrepancyTerm(
-        LOAD, "position", statistic, 10.0, knots, knots, NULL[:, None], usual=5.0
+        LOAD, "position", statistic, 10.0, knots, knots, NULL[:, None], null_mean=5.0
     )
     assert bool(Round(fit, [], [], [ripple]).noticeable) is worth

@@ -80,7 +80,7 @@ def test_nothing_significant_is_no_disagreement() -> None:
     """Terms by chance, or below the noticeable share, are not reported."""
     fit, _ = configured()
     chance = [replace(t, statistic=t.limit) for t in terms()]
-    little = [replace(t, statistic=t.usual + 1.0, limit=t.usual) for t in terms()]
+    little = [replace(t, statistic=t.null_mean + 1.0, limit=t.null_mean) for t in terms()]
     for some in (chance, little):
         noticeable = Round(fit, [], [], some).noticeable
         assert disagreements(fit, noticeable, {}, len(INSTRUMENTS)) == []

@@ -98,12 +98,12 @@ def test_a_stated_course_of_the_current_is_used(stated: SetPoints) -> None:
     current = np.sin(2e-3 * np.pi * 7.0 * TICKS)
     log = experiment(current, False)
     given = Investigation([log], [log], [], candidates(knee_model(), INSTRUMENTS))
-    course = followed(Observer(knee_model(), INSTRUMENTS), given, DISTINGUISHABLE, told=stated)
+    course = followed(Observer(knee_model(), INSTRUMENTS), given, DISTINGUISHABLE, stated=stated)
     assert course.answer == stated
     assert course.candidates == given.candidates
     for e in (*course.learn, *course.check):
         assert (e.course is None) == (stated == "held")
-        assert any("as you say" in note for note in e.notes)
+        assert any("as stated" in note for note in e.notes)
 
 
 def test_as_fast_as_the_controller_nothing_changes() -> None:
@@ -117,7 +117,7 @@ def test_a_course_stated_for_a_fast_log_is_noted_as_needless() -> None:
     """At 1 kHz the statement changes nothing, as a note states."""
     log = recorded({}, "steps", 1, 0.2)
     given = Investigation([log], [log], [], [])
-    course = followed(Observer(knee_model(), INSTRUMENTS), given, DISTINGUISHABLE, told="moves")
+    course = followed(Observer(knee_model(), INSTRUMENTS), given, DISTINGUISHABLE, stated="moves")
     assert course.answer == "held"
     for e in (*course.learn, *course.check):
         assert e.course is None

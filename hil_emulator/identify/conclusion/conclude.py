@@ -248,12 +248,14 @@ def _finding(searcher: Searcher, search: Search, coordinate: Coordinate) -> Find
 
 def _estimates(search: Search, name: str) -> tuple[ExperimentEstimate, ...]:
     """Return each experiment's estimate of an effect, if there are any."""
-    if search.reported_model is None or not search.reported_model.sizes[name].about:
+    if search.reported_model is None or not search.reported_model.estimates[name].reported:
         return ()
-    sizes = search.reported_model.sizes[name]
-    about = sizes.about
-    each = zip(sizes.names, sizes.values, sizes.variances, strict=True)
-    return tuple(ExperimentEstimate(e, v / about, math.sqrt(s) / abs(about)) for e, v, s in each)
+    estimates = search.reported_model.estimates[name]
+    reported = estimates.reported
+    each = zip(estimates.names, estimates.values, estimates.variances, strict=True)
+    return tuple(
+        ExperimentEstimate(e, v / reported, math.sqrt(s) / abs(reported)) for e, v, s in each
+    )
 
 
 def _in_words(coordinate: Coordinate) -> str:

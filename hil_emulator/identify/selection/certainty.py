@@ -12,11 +12,11 @@ from collections.abc import Callable
 import numpy as np
 from scipy.special import stdtr, stdtrit
 
+from hil_emulator.identify.estimation.experiment_estimates import EstimatesByExperiment
 from hil_emulator.identify.estimation.fit import TOLERATED, Fit, prior_rows
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.estimation.reported_model import ReportedModel
-from hil_emulator.identify.estimation.sizes import Sizes
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.free_terms.free_shapes import HATS
 from hil_emulator.identify.prediction.free_terms.term_matching import calibrates
@@ -169,10 +169,10 @@ def _deviations(search: Search, fit: Fit, name: str) -> tuple[float, float, int]
         named = search.selected_in(name).trials[0].deviation if fit.effective is None else 0.0
         spread = max(spread, named)
     else:
-        sizes = search.reported_model.sizes[name]
+        estimates = search.reported_model.estimates[name]
         spread = search.reported_model.deviations[name]
-        if sizes.elsewhere > systematic:
-            systematic, freedom = sizes.elsewhere, len(sizes.values) - 1
+        if estimates.of_new_experiment > systematic:
+            systematic, freedom = estimates.of_new_experiment, len(estimates.values) - 1
     statistical = math.hypot(spread, discrepancy_uncertainty(search, fit)[i])
     return math.hypot(statistical, _confounding(search, fit, i)), systematic, freedom
 
@@ -218,23 +218,23 @@ def confounding_notes(search: Search, fit: Fit) -> list[str]:
     return [f"{' and '.join(far)}: {part}, and the interval includes that"]
 
 
-def heterogeneous_estimates(settled: ReportedModel | None) -> dict[str, str]:
+def heterogeneous_estimates(model: ReportedModel | None) -> dict[str, str]:
     """Return, by name, effects whose estimates differ between experiments, with the range in words.
 
     The differences are significant, and larger than those of an approximate law.
     """
-    if settled is None:
+    if model is None:
         return {}
-    return {name: _from_to(sizes) for name, sizes in settled.sizes.items()
-            if sizes.about and sizes.by_chance < FALSE_ALARM
-            and sizes.spread**2 > LAW_TOLERANCE * sizes.about**2}  # fmt: skip
+    return {name: _range(each) for name, each in model.estimates.items()
+            if each.reported and each.p_value < FALSE_ALARM
+            and each.between_experiments**2 > LAW_TOLERANCE * each.reported**2}  # fmt: skip
 
 
-def _from_to(sizes: Sizes) -> str:
+def _range(estimates: EstimatesByExperiment) -> str:
     """Return the range of the experiments' estimates, without those of large variance."""
-    each = [(value / sizes.about, variance / sizes.about**2)
-            for value, variance in zip(sizes.values, sizes.variances, strict=True)]  # fmt: skip
-    parts = [part for part, variance in each if variance < 1.0] or [part for part, _ in each]
+    ratios = [value / estimates.reported for value in estimates.values]
+    variances = [variance / estimates.reported**2 for variance in estimates.variances]
+    parts = [r for r, v in zip(ratios, variances, strict=True) if v < 1.0] or ratios
     return f"single experiments give from {min(parts):.0%} to {max(parts):.0%} of this value"
 
 

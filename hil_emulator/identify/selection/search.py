@@ -328,9 +328,9 @@ class Searcher:
         base, terms = search.rounds[-1].base, search.rounds[-1].terms
         self.report("comparing the model with added free terms")
         held = self._held_out(base)
-        elsewhere = self.fitter.linearised(base, held) if held is not None else None
-        discrepancies = Discrepancies(self.fitter, base, search.effects, elsewhere)
-        search.reported_model = report_model(self.fitter, base, search.effects, elsewhere, terms)
+        validation = self.fitter.linearised(base, held) if held is not None else None
+        discrepancies = Discrepancies(self.fitter, base, search.effects, validation)
+        search.reported_model = report_model(self.fitter, base, search.effects, validation, terms)
         names = {c.name for c in search.effects}
         completed = {name: str(c) for name, c in search.completions.items()
                      if name in names and c.part > LAW_TOLERANCE}  # fmt: skip
