@@ -29,11 +29,13 @@ SLOPE = Param(
     math.pi / 6.0, -0.5 * math.pi, 0.5 * math.pi, "deg", source="F = m g sin(slope) of the mass",
 )  # fmt: skip
 DROP_PER_EDGE = Param(
-    "pressure_drop_per_edge", "Pa", "dp_n1, over one metering edge", 70e5, 1e5, 500e5, "bar"
-)
+    "pressure_drop_per_edge", "Pa", "dp_n1, over one metering edge", 70e5, 1e5, 500e5, "bar",
+    difference=True,
+)  # fmt: skip
 DROP_TOTAL = Param(
-    "pressure_drop_total", "Pa", "dp_n2 = 2 dp_n1, over the whole valve", 140e5, 1e5, 1000e5, "bar"
-)
+    "pressure_drop_total", "Pa", "dp_n2 = 2 dp_n1, over the whole valve", 140e5, 1e5, 1000e5, "bar",
+    difference=True,
+)  # fmt: skip
 
 
 class RigTable(DescribedTable):
