@@ -123,6 +123,12 @@ class CylinderDatasheet(TableOfWays):
             areas_found["cylinder_area_ratio"] = datasheet.area_ratio(self.bore, self.rod)
         return areas_found
 
+    def quantities(self) -> dict[str, datasheet.SheetQuantity]:
+        """Return the bore, if it is given, by the parameter that follows from it."""
+        factor = math.sqrt(4.0 / math.pi)
+        bore = datasheet.SheetQuantity("bore", "m", "mm", factor, 0.5)
+        return {} if self.bore is None else {"cylinder_piston_area": bore}
+
 
 class OneSidedCylinder(CylinderDatasheet):
     """A piston or plunger without a chamber on the rod's side."""
@@ -168,6 +174,18 @@ class ValveDatasheet(TableOfWays):
         opening = datasheet.full_opening(self.rated_current, values)
         gain = datasheet.valve_gain(self.nominal_flow, opening, drop)
         return {"valve_gain": gain}
+
+    def quantities(self, gain: float) -> dict[str, datasheet.SheetQuantity]:
+        """Return the nominal flow, if it is given, by the parameter that follows from it.
+
+        Args:
+            gain: the valve gain [m³/(s A √Pa)] that follows.
+
+        """
+        if self.nominal_flow is None:
+            return {}
+        factor = self.nominal_flow / gain
+        return {"valve_gain": datasheet.SheetQuantity("nominal_flow", "m^3/s", "l/min", factor)}
 
 
 class ValveAside(ValveDatasheet):
