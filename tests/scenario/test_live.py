@@ -23,6 +23,7 @@ from hil_emulator.bus.opening import open_can_bus
 from hil_emulator.commands.live_play import LivePlay, ScenarioOver
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
+from hil_emulator.panel.play import play as play_on_panel
 from hil_emulator.platform.paths import cache_folder, shipped
 from hil_emulator.scenario.loading import load as load_scenario
 from hil_emulator.scenario.loading import runs_of
@@ -343,3 +344,13 @@ def test_a_missed_band_beyond_the_curve_is_in_the_picture(swept: Path) -> None:
     _expected(axis, outcome.bands, 1e-5)
     low, high = axis.get_ylim()
     assert low < 101.0 < 120.0 < high
+
+
+def test_the_panel_refuses_a_scenario_for_a_controller_on_the_bus(tmp_path: Path) -> None:
+    """Its emulator is on no bus; the message has the command that waits for the controller."""
+    with pytest.raises(UserError, match="`hil-emulator run --scenario hold_position --panel`"):
+        next(play_on_panel(HOLD))
+    mine = tmp_path / "mine.toml"
+    mine.write_text(HOLD.read_text())
+    with pytest.raises(UserError, match=rf"--scenario \S*{mine.name} --panel"):
+        next(play_on_panel(mine))
