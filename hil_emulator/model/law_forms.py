@@ -154,6 +154,5 @@ USUAL = (
                 "5 to 12 of oil alone, more with hoses (Gholizadeh et al. 2011)"),
     UsualEffect("stiffness of the oil", "entrained_air", lambda _: 0.003, "assumed: 0.1 to 1 %"),
     UsualEffect("dynamics of the spool", "driver_lag", _further_lag, "coil and driver"),
-    UsualEffect("dynamics of the spool", "pilot_lag", _further_lag, "Thayer 1965"),
 )  # fmt: skip
 """Effects that every machine has to a small extent."""

@@ -13,6 +13,7 @@ from hil_emulator.identify.prediction.plant.coordinate import Coordinate, scaled
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel, concerns, predictable
 from hil_emulator.model import quantities
 from hil_emulator.model.declare import Effect, Param, Spread, is_on
+from hil_emulator.model.law_forms import USUAL
 from hil_emulator.model.stages import SAMPLED
 
 FREE = "supply_pressure"
@@ -55,6 +56,17 @@ def ordinary(
             chosen += [knob, *_shapes(model, knob, usual)]
     open_ones = [c for c in chosen if c is not None and c.scale]
     return sorted(open_ones, key=lambda c: not c.stated)
+
+
+def usual(model: PlantModel) -> list[Coordinate]:
+    """Return the effects that every machine has to some extent, as parameters about zero."""
+    effects = {e.name: e for e in model.effects}
+    chosen = []
+    for name, size in ((u.name, u.size(model.plant_values)) for u in USUAL if u.name in effects):
+        effect = effects[name]
+        if not is_on(effect, model.plant_values.get(effect.field_of(effect.knob), effect.off)):
+            chosen.append(replace(model.knob(effect, "", 1.0), scale=size, stated=False))
+    return chosen
 
 
 def _shapes(
