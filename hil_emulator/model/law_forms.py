@@ -9,13 +9,11 @@ deviations given here (`identify.prediction.observer.form_deviations`).
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from types import SimpleNamespace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hil_emulator.model.servo_valve import transition
-from hil_emulator.model.stages import FLOW_A, FLOW_B, PISTON
+from hil_emulator.model.stages import PISTON
 
 Array = NDArray[np.float64]
 Terms = Mapping[str, Array]
@@ -29,14 +27,12 @@ class ModelRun:
 
     Attributes:
         signals: along it, each of shape (samples,).
-        plant: its parameters.
         configured: parameters that set the width of a difference; the parameters of a run follow a
             fit, which would change the width.
 
     """
 
     signals: Mapping[str, Array]
-    plant: Mapping[str, float]
     configured: Mapping[str, float]
 
 
@@ -56,37 +52,6 @@ class LawForm:
     balances: tuple[str, ...]
     terms: Callable[[ModelRun], Terms]
     source: str
-
-
-RESISTANCES_IN_SERIES = 0.2
-"""Standard deviation of the interpolation from the model's form (0) to resistances in series (1)
-(assumed: both forms are usual)."""
-
-
-def laminar_transition(run: ModelRun) -> Terms:
-    """Return the difference in flow for a laminar and a turbulent resistance in series.
-
-    With x = u sqrt(dp) and s = T/x, the model passes q = K x (1 + s⁴)^(-1/4), resistances in series
-    K x/(sqrt(1 + s²/4) + s/2). x follows from the flow of the model: x⁸ - (q/K)⁴ (x⁴ + T⁴) = 0.
-    """
-    now, usual = (max(transition(SimpleNamespace(**values), 1.0), 1e-12)
-                  for values in (run.plant, run.configured))  # fmt: skip
-    terms = {}
-    for balance, name in ((FLOW_A, "flow_a"), (FLOW_B, "flow_b")):
-        flow = run.signals[name]
-        y = (flow / (run.plant["valve_gain"] * now)) ** 4
-        s = np.maximum(0.5 * (y + np.sqrt(y * y + 4.0 * y)), 1e-24) ** -0.25
-        whole, s = (1.0 + s**4) ** 0.25 * flow, s * usual / now
-        narrow, usual_one, wide = (_in_series(part * s) for part in (1.0 / 3.0, 1.0, 3.0))
-        shapes = usual_one - (1.0 + s**4) ** -0.25, wide - usual_one, narrow - usual_one
-        change = np.column_stack(shapes)
-        terms[balance] = RESISTANCES_IN_SERIES * whole[:, None] * change
-    return terms
-
-
-def _in_series(s: Array) -> Array:
-    """Return the flow over the turbulent one."""
-    return 1.0 / (np.sqrt(1.0 + 0.25 * s**2) + 0.5 * s)
 
 
 AT_REST = ((0.3, 0.5), (1.5, 0.5), (5.0, 0.1))
@@ -114,9 +79,6 @@ def since_reversal(position: Array, velocity: Array) -> Array:
 
 
 FORMS = (
-    LawForm("flow through an edge from laminar to turbulent", (FLOW_A, FLOW_B), laminar_transition,
-            "turbulent at any opening, by a critical Reynolds number (Merritt 1967, 3.2), or with "
-            "the laminar and the turbulent drop in series (Borutzky et al. 2002)"),
     LawForm("dry friction at rest and in reversal", (PISTON,), friction_at_rest,
             "tanh, Dahl, LuGre, Karnopp (Armstrong-Helouvry, Dupont and Canudas de Wit 1994)"),
 )  # fmt: skip
@@ -150,6 +112,9 @@ def _further_lag(plant: Mapping[str, float]) -> float:
 
 
 USUAL = (
+    UsualEffect("flow through an edge from laminar to turbulent", "series_resistance",
+                lambda _: 0.7, "turbulent at any opening, by a critical Reynolds number (Merritt "
+                "1967, 3.2), or with both drops in series (Borutzky et al. 2002)"),
     UsualEffect("stiffness of the oil", "modulus_pressure", lambda _: 15.0,
                 "5 to 12 of oil alone, more with hoses (Gholizadeh et al. 2011)"),
     UsualEffect("stiffness of the oil", "entrained_air", lambda _: 0.003, "assumed: 0.1 to 1 %"),

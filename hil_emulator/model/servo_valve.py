@@ -14,6 +14,8 @@ from hil_emulator.model.stages import (
     edge_at_acts,
     edge_bt,
     edge_bt_acts,
+    edge_law,
+    edge_law_acts,
     edge_sa,
     edge_sa_acts,
     edge_sb,
@@ -61,7 +63,7 @@ def move_spool(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     y.spool_speed = dx.spool_position
 
 
-def edge_flow(par: Any, held: Any, opening: float, drop: float) -> float:
+def edge_flow(x: Any, dx: Any, par: Any, held: Any, opening: float, drop: float) -> float:
     """Flow through one metering edge (S1 eq. 3.6), in either direction [m³/s].
 
     q = K u dp/(dp² + (T/u)⁴ + w²)^¼ is turbulent, K u sqrt(|dp|), far from zero, and laminar,
@@ -79,6 +81,8 @@ def edge_flow(par: Any, held: Any, opening: float, drop: float) -> float:
     bent = fourth * drop * drop + (fourth * (width * width) + laminar * laminar)
     root = math.sqrt(bent)
     flow: float = par.valve_gain * square * drop / root * math.sqrt(root)
+    if edge_law_acts(par) and laminar > 0.0:
+        flow = edge_law(par, x, dx, flow, square * abs(drop) / laminar)
     return flow if opening >= LEAST_OPENING else 0.0
 
 
@@ -107,10 +111,10 @@ def orifice_flows(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     p_b = y.port_pressure_b
     u = travel(par, x, dx, y.spool_position, y.spool_speed)
     u_sa, u_bt, u_sb, u_at = open_edges(x, dx, par, u)
-    q_sa = edge_flow(par, held, u_sa, p_s - p_a)
-    q_bt = edge_flow(par, held, u_bt, p_b - p_t)
-    q_sb = edge_flow(par, held, u_sb, p_s - p_b)
-    q_at = edge_flow(par, held, u_at, p_a - p_t)
+    q_sa = edge_flow(x, dx, par, held, u_sa, p_s - p_a)
+    q_bt = edge_flow(x, dx, par, held, u_bt, p_b - p_t)
+    q_sb = edge_flow(x, dx, par, held, u_sb, p_s - p_b)
+    q_at = edge_flow(x, dx, par, held, u_at, p_a - p_t)
     q_st = pilot_flow(par, x, dx, p_s, p_t)
     y.port_flow_a = q_sa - q_at
     y.port_flow_b = q_bt - q_sb

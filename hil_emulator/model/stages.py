@@ -153,6 +153,11 @@ metering = Stage(
     "metering", "valve", ("opening", "travel"), "opening of one metering edge", "A", "chain",
     repeated=True, balances=(SPOOL, *FLOWS, NULL_FLOW),
 )  # fmt: skip
+edge_law = Stage(
+    "edge_law", "valve", ("flow", "turbulence"), "flow through one metering edge", "m^3/s",
+    "chain", repeated=True, balances=(*FLOWS, NULL_FLOW),
+)  # fmt: skip
+edge_law_acts = Acts(edge_law)
 
 # between valve and cylinder
 line_a = Stage(
@@ -322,8 +327,8 @@ CONTINUOUS = (
     temperature, viscosity, gas_pressure, gas_expansion, supply, tank, pilot_flow,
     line_flow, line_rates, source, relief, pump_loss, full_flow, pump_drag, capacity,
     return_rates, driver, command, pilot, spool_force, spool, spool_reach, travel, edge_sa, edge_at,
-    edge_sb, edge_bt, metering, line_a, line_b, line_flow_a, line_flow_b, cylinder_line_rates,
-    holding, holding_rates, cross_relief, port_relief, vapour, oil, heat, cross_leakage,
+    edge_sb, edge_bt, metering, edge_law, line_a, line_b, line_flow_a, line_flow_b,
+    cylinder_line_rates, holding, holding_rates, cross_relief, port_relief, vapour, oil, heat, cross_leakage,
     outward_leakage, port_area, cushion_a, cushion_b, cushion_flow_a, cushion_flow_b,
     cushion_rates, friction, dry_friction, friction_scale, stop, inertia, coupling, play, load,
     load_inertia, joint_angle, joint_lever, joint_lever_slope, joint_inertia, joint_mass_moment,
@@ -333,5 +338,5 @@ TICKED = (set_point, late_set_point, early_set_point, arrival)
 SAMPLED = (element, transducer)
 ACTS = (
     gas_expansion_acts, source_acts, dry_friction_acts, holding_acts, coupling_acts, element_acts,
-    edge_sa_acts, edge_at_acts, edge_sb_acts, edge_bt_acts,
+    edge_sa_acts, edge_at_acts, edge_sb_acts, edge_bt_acts, edge_law_acts,
 )  # fmt: skip

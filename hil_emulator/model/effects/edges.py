@@ -3,7 +3,10 @@
 import math
 
 from hil_emulator.model.declare import Param, effect
-from hil_emulator.model.stages import metering
+from hil_emulator.model.stages import edge_law, metering
+
+LARGEST_TURBULENCE = 1e12
+"""Ratio of pressure drop and transition above which the laws of an edge agree to 1e-6."""
 
 
 @effect(
@@ -91,4 +94,27 @@ def flow_saturation(opening: float, passage: float) -> float:
     return opening / math.sqrt(1.0 + ratio * ratio)
 
 
-EFFECTS = (gain_asymmetry, overlap, underlap, land_leakage, flow_saturation)
+@effect(
+    edge_law,
+    knob=Param("share", "1", "share of the series law in the flow", 1.0, 0.0, 1.0),
+    source="laminar and turbulent resistance in series (Borutzky, Barnard and Thoma 2002)",
+    signature="less flow, by up to a quarter, where an edge turns from laminar to turbulent",
+    not_modelled="hysteresis of the transition between laminar and turbulent flow",
+)  # fmt: skip
+def series_resistance(flow: float, turbulence: float, share: float) -> float:
+    """q = q (1 + k (f - 1)),  f = (1 + r²)^¼ / (sqrt(r + 1/4) + 1/2),  r = u² dp/T².
+
+    The laminar and the turbulent pressure drop of an edge add up.
+
+    For k = 1, and a drop that is large against the laminar width, q solves
+    dp = (q/(K u))² + T q/(K u²). It has the limits of the law of the edges, for small and for large
+    drops, and less flow between them.
+    """
+    r = min(turbulence, LARGEST_TURBULENCE)
+    series = math.sqrt(math.sqrt(1.0 + r * r)) / (math.sqrt(r + 0.25) + 0.5)
+    return flow * (1.0 + share * (series - 1.0))
+
+
+EFFECTS = (
+    gain_asymmetry, overlap, underlap, land_leakage, flow_saturation, series_resistance,
+)  # fmt: skip

@@ -21,9 +21,7 @@ def deviations(
     path = predictor.innovations(frozen, par, chan, track=True)[1]
     signals = {name: path[:, i] for i, name in enumerate(predictor.model.signal_names)}
     names = predictor.model.kernel.parameters.names or ()
-    plant = dict(zip(names, par.tolist(), strict=True))
-    usual = dict(zip(names, predictor.model.par.tolist(), strict=True))
-    run = ModelRun(signals, plant, usual)
+    run = ModelRun(signals, dict(zip(names, predictor.model.par.tolist(), strict=True)))
     balances = {b.name: b for b in predictor.balances if not b.channel}
     laws: list[str] = []
     changes = [np.zeros((0, frozen.data.measured.size))]
