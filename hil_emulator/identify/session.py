@@ -130,8 +130,6 @@ def _identified(
     candidates = _chosen(examinable(model, predictor), question)
     ordinary = parameters.ordinary(model, tolerances(predictor)) + parameters.usual(model)
     nuisances = identifiable(predictor, learn, ordinary, jobs)
-    fitted = {c.name for c in nuisances}
-    candidates = [c for c in candidates if c.name not in fitted]
     nuisances += [c for c in ordinary if c.field in predictor.later and c not in nuisances]
     given = ordered(predictor, Investigation(learn, check, nuisances, candidates), report, jobs)
     first_choice = course(predictor, given, report, stated=question.set_points, jobs=jobs)

@@ -63,7 +63,7 @@ def move_spool(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     y.spool_speed = dx.spool_position
 
 
-def edge_flow(x: Any, dx: Any, par: Any, held: Any, opening: float, drop: float) -> float:
+def edge_flow(par: Any, held: Any, opening: float, drop: float) -> float:
     """Flow through one metering edge (S1 eq. 3.6), in either direction [m³/s].
 
     q = K u dp/(dp² + (T/u)⁴ + w²)^¼ is turbulent, K u sqrt(|dp|), far from zero, and laminar,
@@ -81,9 +81,16 @@ def edge_flow(x: Any, dx: Any, par: Any, held: Any, opening: float, drop: float)
     bent = fourth * drop * drop + (fourth * (width * width) + laminar * laminar)
     root = math.sqrt(bent)
     flow: float = par.valve_gain * square * drop / root * math.sqrt(root)
-    if edge_law_acts(par) and laminar > 0.0:
-        flow = edge_law(par, x, dx, flow, square * abs(drop) / laminar)
     return flow if opening >= LEAST_OPENING else 0.0
+
+
+def metered_flow(x: Any, dx: Any, par: Any, held: Any, opening: float, drop: float) -> float:
+    """Flow through one metering edge with the effects of its law [m³/s]."""
+    flow = edge_flow(par, held, opening, drop)
+    if edge_law_acts(par) and held.transition > 0.0:
+        root = opening / held.transition
+        flow = edge_law(par, x, dx, flow, root * root * abs(drop))
+    return flow
 
 
 def open_edges(x: Any, dx: Any, par: Any, u: float) -> tuple[float, float, float, float]:
@@ -111,10 +118,10 @@ def orifice_flows(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     p_b = y.port_pressure_b
     u = travel(par, x, dx, y.spool_position, y.spool_speed)
     u_sa, u_bt, u_sb, u_at = open_edges(x, dx, par, u)
-    q_sa = edge_flow(x, dx, par, held, u_sa, p_s - p_a)
-    q_bt = edge_flow(x, dx, par, held, u_bt, p_b - p_t)
-    q_sb = edge_flow(x, dx, par, held, u_sb, p_s - p_b)
-    q_at = edge_flow(x, dx, par, held, u_at, p_a - p_t)
+    q_sa = metered_flow(x, dx, par, held, u_sa, p_s - p_a)
+    q_bt = metered_flow(x, dx, par, held, u_bt, p_b - p_t)
+    q_sb = metered_flow(x, dx, par, held, u_sb, p_s - p_b)
+    q_at = metered_flow(x, dx, par, held, u_at, p_a - p_t)
     q_st = pilot_flow(par, x, dx, p_s, p_t)
     y.port_flow_a = q_sa - q_at
     y.port_flow_b = q_bt - q_sb
@@ -127,5 +134,5 @@ def orifice_flows(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     )  # fmt: skip
 
 
-SERVO_VALVE = (transition, move_spool, edge_flow, open_edges, orifice_flows)
+SERVO_VALVE = (transition, move_spool, edge_flow, metered_flow, open_edges, orifice_flows)
 """What `kernel` compiles of this file, in the order of use."""

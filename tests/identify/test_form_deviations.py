@@ -12,6 +12,7 @@ from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.parallel.pool import frozen_at, residual
 from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.prediction.residuals.integrated_out import integrated_out
+from hil_emulator.identify.selection.search import Searcher
 from tests.identify.rig_data import INSTRUMENTS, OFF, knee_model, recorded
 
 
@@ -38,10 +39,10 @@ def test_a_column_that_is_not_finite_changes_nothing() -> None:
     np.testing.assert_array_equal(nothing.of(rows), rows)
 
 
-def test_an_oil_that_stiffens_with_pressure_is_no_misfit(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A modulus that rises with pressure by a usual amount leaves less than half of its error.
+def test_dry_friction_of_another_form_is_no_misfit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Friction that turns over a wider velocity leaves less than half of its error.
 
-    No data sheet states that rise. More than half of the error of a bias of the valve stays.
+    More than half of the error of a bias of the valve stays.
     """
     # all residuals by the same weights
     monkeypatch.setattr(observer, "REWEIGHED", 0)
@@ -49,7 +50,7 @@ def test_an_oil_that_stiffens_with_pressure_is_no_misfit(monkeypatch: pytest.Mon
     predictor = Observer(model, INSTRUMENTS)
     point = model.par, model.chan
     for changes, most, least in (
-        ({"modulus_pressure_rise": 10.0}, 0.5, 0.0), ({"null_bias_bias": 5e-5}, 1.0, 0.5),
+        ({"friction_transition_velocity": 4e-3}, 0.5, 0.0), ({"null_bias_bias": 5e-5}, 1.0, 0.5),
     ):  # fmt: skip
         experiment = recorded(changes, "waves", 3, 1.0)
         sound = recorded({}, "waves", 3, 1.0)
@@ -64,15 +65,32 @@ def test_an_oil_that_stiffens_with_pressure_is_no_misfit(monkeypatch: pytest.Mon
         assert least * excess[0] <= excess[1] <= most * excess[0]
 
 
-@pytest.mark.parametrize(("rise", "reported"), [(0.0, False), (40.0, True)])
-def test_a_law_of_another_form_is_reported(rise: float, reported: bool) -> None:
-    """The stiffening of the oil is named as the law that differs, if it does."""
+@pytest.mark.parametrize("rise", [0.0, 12.0])
+def test_an_oil_that_stiffens_with_pressure_is_reported(rise: float) -> None:
+    """The rise of the modulus is fitted, and named as the form of the law, if there is one."""
     model = knee_model()
     predictor = Observer(model, INSTRUMENTS)
     fitter = Fitter(predictor, [recorded({"modulus_pressure_rise": rise}, "steps", 3, 1.0)])
-    free = [c for c in parameters.ordinary(model) if c.field in OFF]
+    free = [c for c in parameters.ordinary(model) if c.field in OFF] + parameters.usual(model)
     fitter.freeze(free, np.zeros(len(free)))
     fit = fitter.fit(free, np.zeros(len(free)), 6)
+    fitted = next(c.value(at) for c, at in zip(free, fit.at, strict=True)
+                  if c.name == "modulus_pressure")  # fmt: skip
+    assert fitted == pytest.approx(rise, abs=3.0)
     notes = other_forms(predictor, fitter.frozen, fit)
     law = "stiffness of the oil: this law has another form"
-    assert any(note.startswith(law) for note in notes) == reported
+    assert any(note.startswith(law) for note in notes) == (rise > 0.0)
+
+
+@pytest.mark.parametrize(("size", "named"), [(2e-4, False), (2e-3, True)])
+def test_an_effect_larger_than_usual_is_a_candidate(size: float, named: bool) -> None:
+    """A driver lags by 0.2 ms on every machine; a lag of 2 ms may be named."""
+    model = knee_model()
+    predictor = Observer(model, INSTRUMENTS)
+    logs = [
+        recorded({"driver_lag_time_constant": size}, kind, 3, 1.0) for kind in ("steps", "waves")
+    ]
+    nuisances = parameters.ordinary(model) + parameters.usual(model)
+    effects = parameters.candidates(model, INSTRUMENTS)
+    search = Searcher(predictor, logs, [], effects, nuisances).look()
+    assert ("driver_lag" in [c.name for c in search.nuisances]) != named

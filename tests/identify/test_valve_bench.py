@@ -77,8 +77,7 @@ def test_whole_recordings_pass_the_edges_of_the_model(opening: float, drop: floa
     """Shut, creeping or turbulent: the law is that of the simulated valve."""
     plant = knee_model().plant_values
     valve = SimpleNamespace(**plant)
-    held = SimpleNamespace(transition=transition(valve, 1.0))
-    law = edge_flow(None, None, valve, held, opening, drop)
+    law = edge_flow(valve, SimpleNamespace(transition=transition(valve, 1.0)), opening, drop)
     flow = through_edge(np.array([opening]), np.array([drop]), plant)
     assert flow[0] == pytest.approx(law, rel=1e-9)
 

@@ -133,3 +133,15 @@ def test_land_leakage_falls_with_the_overlap_of_the_lands(make_plant: MakePlant)
               .signals.supply_flow) for lap in (0.0, 5e-4)
     ]  # fmt: skip
     assert flows[1] / flows[0] == pytest.approx(1.0 / 21.0, rel=0.02)
+
+
+def test_series_resistance_adds_a_laminar_and_a_turbulent_drop(make_plant: MakePlant) -> None:
+    """The drop is 32 mu q/(pi x² w) + (q/(K u))², from laminar to turbulent, within 0.5 %."""
+    plant = make_plant(pond(series_resistance_share=1.0, valve_laminar_width=1e3))
+    for current in (5e-5, 5e-4, 5e-3):
+        for pressure in (155e5, 80e5):
+            plant.set_pressures(pressure, 80e5)
+            flow, drop = through(plant, current)
+            laminar = 32 * 46e-6 * RHO * flow / (math.pi * (SLOT * current) ** 2 * WIDTH)
+            turbulent = (flow / (K_V * current)) ** 2
+            assert drop == pytest.approx(laminar + turbulent, rel=5e-3)

@@ -8,7 +8,11 @@ from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.observer.frozen_experiment import Frozen
 from hil_emulator.identify.prediction.observer.predictor import Predictor
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.parameters import is_usual
 from hil_emulator.identify.prediction.residuals.huber import tamed
+from hil_emulator.model.law_forms import USUAL
+from hil_emulator.units import show
 
 NOTICEABLE = 1.0
 """Smallest reported difference, in standard deviations of published forms."""
@@ -33,7 +37,24 @@ def other_forms(predictor: Predictor, frozen: Sequence[object], fit: Fit) -> lis
     for law, size, deviation in _differences(predictor, frozen, fit):
         if abs(size) > max(NOTICEABLE, SIGNIFICANT * deviation):
             sizes[law] = max(abs(size), sizes.get(law, 0.0))
-    return [_words(law, size) for law, size in sizes.items()]
+    return [*map(_usual_words, _usual(fit)), *(_words(law, size) for law, size in sizes.items())]
+
+
+def _usual(fit: Fit) -> list[tuple[Coordinate, float]]:
+    """Return the usual effects that the machine has, with their coordinates."""
+    deviations = np.sqrt(np.diag(fit.covariance()))
+    return [(c, at) for c, at, deviation in zip(fit.coordinates, fit.at, deviations, strict=True)
+            if is_usual(c) and at > SIGNIFICANT * deviation]  # fmt: skip
+
+
+def _usual_words(found: tuple[Coordinate, float]) -> str:
+    c, at = found
+    law = next(u.law for u in USUAL if u.name == c.name)
+    value, usual = (show(float(f"{c.value(x):.3g}"), c.unit, c.shown) for x in (at, 1.0))
+    return (
+        f"{law}: this law has another form here than in the configuration, {c.name} = {value}; "
+        f"{usual} is usual, and the difference is taken into account"
+    )
 
 
 def _differences(

@@ -18,6 +18,7 @@ from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.observer.predictor import Predictor
 from hil_emulator.identify.prediction.parallel.pool import Batch, Pool
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.parameters import MOST_USUAL, is_usual
 from hil_emulator.identify.selection.certainty import (
     drop_superfluous,
     heterogeneous_estimates,
@@ -89,7 +90,7 @@ class Searcher:
         self.predictor = predictor
         self.fitter = Fitter(predictor, training, pool)
         self.validation = list(validation)
-        self.candidates = list(candidates)
+        self._all_candidates = list(candidates)
         self.nuisances = list(nuisances)
         self.report = report
         self._search = Search(self.nuisances)
@@ -171,8 +172,29 @@ class Searcher:
         start = coarse_start(self.fitter, self.nuisances)
         if start.any():
             fits = [converge(self.fitter, self.nuisances, at) for at in (self._search.at, start)]
-            self._search.continue_from(min(fits, key=lambda fit: fit.deviance))
+            best = self._search.continue_from(min(fits, key=lambda fit: fit.deviance))
+            if self._released(best):
+                return self._begin()
         return self._search
+
+    def _released(self, base: Fit) -> bool:
+        """Make usual effects that are larger than usual candidates; return whether there are any.
+
+        Args:
+            base: fit of the ordinary parameters.
+
+        """
+        named = {c.name for c in self._all_candidates}
+        large = {c.name for c, at in zip(base.coordinates, base.at, strict=True)
+                 if is_usual(c) and at > MOST_USUAL}  # fmt: skip
+        self.nuisances = [c for c in self.nuisances if c.name not in large & named]
+        return bool(large & named)
+
+    @property
+    def candidates(self) -> list[Coordinate]:
+        """Effects that may be named: those that are no ordinary parameters."""
+        ordinary = {c.name for c in self.nuisances}
+        return [c for c in self._all_candidates if c.name not in ordinary]
 
     def _converged(self, search: Search, passes: int = 8) -> Fit:
         """Refit all coordinates of the model and store them."""

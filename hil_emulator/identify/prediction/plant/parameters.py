@@ -58,8 +58,15 @@ def ordinary(
     return sorted(open_ones, key=lambda c: not c.stated)
 
 
+MOST_USUAL = 3.0
+"""Largest size of a usual effect, in standard deviations of published forms (p = 0.003)."""
+
+
 def usual(model: PlantModel) -> list[Coordinate]:
-    """Return the effects that every machine has to some extent, as parameters about zero."""
+    """Return the effects that every machine has to some extent, as parameters about zero.
+
+    The configuration leaves them off, and their prior is as wide as their usual size.
+    """
     effects = {e.name: e for e in model.effects}
     chosen = []
     for name, size in ((u.name, u.size(model.plant_values)) for u in USUAL if u.name in effects):
@@ -67,6 +74,13 @@ def usual(model: PlantModel) -> list[Coordinate]:
         if not is_on(effect, model.plant_values.get(effect.field_of(effect.knob), effect.off)):
             chosen.append(replace(model.knob(effect, "", 1.0), scale=size, stated=False))
     return chosen
+
+
+def is_usual(coordinate: Coordinate) -> bool:
+    """Whether an ordinary parameter is an effect that every machine has to some extent."""
+    effect = coordinate.effect
+    off = effect is not None and coordinate.is_knob and coordinate.neutral == effect.off
+    return off and coordinate.name in {u.name for u in USUAL} and math.isfinite(coordinate.prior)
 
 
 def _shapes(
