@@ -94,6 +94,8 @@ class UsualEffect:
         name: name of the effect.
         size: standard deviation of its knob, from the machine's parameters.
         source: source of the size.
+        least: size below which nothing distinguishes it from other parameters, in standard
+            deviations.
 
     """
 
@@ -101,10 +103,16 @@ class UsualEffect:
     name: str
     size: Callable[[Mapping[str, float]], float]
     source: str
+    least: float = 0.0
 
 
 THIRD_ORDER = 0.3
 """Additional time constant of the spool over that of its second order (assumed)."""
+
+SHORTEST_LAG = 0.2
+"""Part of the usual lag below which none is fitted. Like a change of the spool's frequency and
+damping it delays, up to 0.5 % of the amplitude at 0.4 of the natural frequency; it would need steps
+as short as itself."""
 
 
 def _further_lag(plant: Mapping[str, float]) -> float:
@@ -118,6 +126,7 @@ USUAL = (
     UsualEffect("stiffness of the oil", "modulus_pressure", lambda _: 15.0,
                 "5 to 12 of oil alone, more with hoses (Gholizadeh et al. 2011)"),
     UsualEffect("stiffness of the oil", "entrained_air", lambda _: 0.003, "assumed: 0.1 to 1 %"),
-    UsualEffect("dynamics of the spool", "driver_lag", _further_lag, "coil and driver"),
+    UsualEffect("dynamics of the spool", "driver_lag", _further_lag, "coil and driver",
+                SHORTEST_LAG),
 )  # fmt: skip
 """Effects that every machine has to a small extent."""

@@ -40,7 +40,7 @@ def test_a_column_that_is_not_finite_changes_nothing() -> None:
 
 
 def test_dry_friction_of_another_form_is_no_misfit(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Friction that turns over a wider velocity leaves less than half of its error.
+    """Friction that turns over a narrower velocity leaves less than half of its error.
 
     More than half of the error of a bias of the valve stays.
     """
@@ -50,7 +50,7 @@ def test_dry_friction_of_another_form_is_no_misfit(monkeypatch: pytest.MonkeyPat
     predictor = Observer(model, INSTRUMENTS)
     point = model.par, model.chan
     for changes, most, least in (
-        ({"friction_transition_velocity": 4e-3}, 0.5, 0.0), ({"null_bias_bias": 5e-5}, 1.0, 0.5),
+        ({"friction_transition_velocity": 3e-4}, 0.5, 0.0), ({"null_bias_bias": 5e-5}, 1.0, 0.5),
     ):  # fmt: skip
         experiment = recorded(changes, "waves", 3, 1.0)
         sound = recorded({}, "waves", 3, 1.0)

@@ -60,7 +60,8 @@ class Steps:
         """Return the step of a derivative; 0 if the bounds of the coordinate coincide."""
         coordinate, at = wanted.coordinate, float(wanted.at[wanted.by])
         low, high = coordinate.bounds
-        size = DIFFERENCE if np.isfinite(coordinate.prior) else FINITE
+        is_off = coordinate.is_knob and at <= low
+        size = DIFFERENCE if np.isfinite(coordinate.prior) and not is_off else FINITE
         if coordinate.inverse:
             size = 1.0
         elif not np.isfinite(coordinate.prior) and at != 0.0:

@@ -274,7 +274,8 @@ class Fitter:
     ) -> tuple[Array, Array, float] | None:
         """Return point, residual and loss after the first step that reduces the loss."""
         for step in trial_steps:
-            trial = np.clip(at + step, *bounds)
+            within = np.clip(at + step, *bounds).tolist()
+            trial = np.array([c.possible(x) for c, x in zip(free, within, strict=True)])
             evaluated = next(self.within(free, [trial], chi2))
             if evaluated is not None and evaluated[1] < chi2:
                 return trial, *evaluated

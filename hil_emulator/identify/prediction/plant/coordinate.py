@@ -33,6 +33,7 @@ class Coordinate:
         power: of a vanishing one, the power with which its influence grows from zero.
         stated: whether the configuration states the value.
         also: fields whose values the data show only as a product with this one.
+        least: smallest value apart from zero.
 
     """
 
@@ -51,6 +52,14 @@ class Coordinate:
     power: float = 1.0
     stated: bool = True
     also: tuple[str, ...] = ()
+    least: float = 0.0
+
+    def possible(self, coordinate: float) -> float:
+        """Return the nearest coordinate that is zero or not below the least value."""
+        least = self.least / self.scale
+        if not 0.0 < coordinate < least:
+            return coordinate
+        return least if coordinate > 0.5 * least else 0.0
 
     @property
     def inverse(self) -> bool:
@@ -59,7 +68,7 @@ class Coordinate:
 
     def value(self, coordinate: float) -> float:
         """Return the parameter [unit] at a coordinate; 0 is the configuration."""
-        moved = coordinate * self.scale
+        moved = self.possible(coordinate) * self.scale
         if self.scaling == "inverse":
             return 1.0 / moved if coordinate > 0.0 else math.inf
         if self.scaling == "logarithmic":

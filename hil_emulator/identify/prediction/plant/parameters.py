@@ -69,10 +69,11 @@ def usual(model: PlantModel) -> list[Coordinate]:
     """
     effects = {e.name: e for e in model.effects}
     chosen = []
-    for name, size in ((u.name, u.size(model.plant_values)) for u in USUAL if u.name in effects):
-        effect = effects[name]
+    for one in (u for u in USUAL if u.name in effects):
+        effect, size = effects[one.name], one.size(model.plant_values)
         if not is_on(effect, model.plant_values.get(effect.field_of(effect.knob), effect.off)):
-            chosen.append(replace(model.knob(effect, "", 1.0), scale=size, stated=False))
+            knob = replace(model.knob(effect, "", 1.0), scale=size, least=one.least * size)
+            chosen.append(replace(knob, stated=False))
     return chosen
 
 
