@@ -8,7 +8,7 @@ from hil_emulator.identify.prediction.model_run.records import (
     Entries,
     Gains,
     Jacobians,
-    Seen,
+    SensorInputs,
     Start,
     Tuning,
 )
@@ -56,4 +56,4 @@ class Frozen:
     forms: IntegratedOut | None = None
     # not an argument: with other data or gains, what was predicted before would not hold
     recent: dict[bytes, Array] = field(default_factory=dict, init=False)
-    seen: tuple[bytes, Seen, Array] | None = field(default=None, init=False)
+    sensor_run: tuple[bytes, SensorInputs, Array] | None = field(default=None, init=False)

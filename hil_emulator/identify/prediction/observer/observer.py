@@ -9,7 +9,7 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, BetweenRows, Experiment, Mask, Single
-from hil_emulator.identify.prediction.filter.sensor_replay import HIDDEN, to_be_seen
+from hil_emulator.identify.prediction.filter.sensor_replay import NOT_RECORDED, sensor_inputs
 from hil_emulator.identify.prediction.free_terms.balances import SUPPLY, TERMS, Balance
 from hil_emulator.identify.prediction.free_terms.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.model_run.records import (
@@ -17,7 +17,7 @@ from hil_emulator.identify.prediction.model_run.records import (
     Entries,
     Gains,
     ParametrisedModel,
-    Seen,
+    SensorInputs,
     Start,
 )
 from hil_emulator.identify.prediction.observer.form_deviations import deviations
@@ -173,7 +173,9 @@ class Observer:
             return recent[point] * frozen.weights, path
         residual = np.empty_like(data.measured)
         model = self.at(par, chan, data, every_signal=track)
-        self.model.loops.predict(model, data, frozen.start, frozen.gains, residual, path, HIDDEN)
+        self.model.loops.predict(
+            model, data, frozen.start, frozen.gains, residual, path, NOT_RECORDED
+        )
         residual[data.settling] = 0.0
         # as a whole: other threads predict as well
         frozen.recent = dict([*recent.items(), (point, residual)][-RECENT:])
@@ -197,16 +199,16 @@ class Observer:
         columns = self._propagated(frozen, none, np.zeros((0, len(others))), changes)
         return np.asarray((base + columns) * frozen.weights)
 
-    def _seen(self, frozen: Frozen, par: Array, chan: Array) -> tuple[Seen, Array]:
+    def _seen(self, frozen: Frozen, par: Array, chan: Array) -> tuple[SensorInputs, Array]:
         """Return what the sensors met at a point, and the whitened innovations there."""
-        kept, point = frozen.seen, par.tobytes() + chan.tobytes()
+        kept, point = frozen.sensor_run, par.tobytes() + chan.tobytes()
         if kept is None or kept[0] != point:
             model, data = self.at(par, chan, frozen.data), frozen.data
-            seen = to_be_seen(model, data, wiring(self.model.signal_names)[:, [0, 2]])
+            seen = sensor_inputs(model, data, wiring(self.model.signal_names)[:, [0, 2]])
             residual, path = np.empty_like(data.measured), np.empty((1, model.signals))
             self.model.loops.predict(model, data, frozen.start, frozen.gains, residual, path, seen)
             # as a whole: other threads predict as well
-            kept = frozen.seen = point, seen, self._counted(frozen, residual)
+            kept = frozen.sensor_run = point, seen, self._counted(frozen, residual)
         return kept[1], kept[2]
 
     def _start(self, par: Array, measured: Array) -> Array:

@@ -45,8 +45,8 @@ from hil_emulator.identify.prediction.model_run.records import (
     Places,
     Rate,
     Restarts,
-    Seen,
     Sense,
+    SensorInputs,
     Start,
     Sweep,
     Tuning,
@@ -60,7 +60,7 @@ from hil_emulator.model.kernel import Kernel, keep, sources_digest
 
 _MAKERS: tuple[Callable[..., object], ...] = (
     run.begin,
-    run.beside,
+    run.second_run,
     run.install,
     run.enter,
     extended_kalman_filter.estimate_of,
@@ -69,8 +69,8 @@ _MAKERS: tuple[Callable[..., object], ...] = (
     free_run.widen,
     smoothing.observe,
     smoothing.proceed,
-    smoothing.forwards,
-    smoothing.backwards,
+    smoothing.forward_pass,
+    smoothing.backward_pass,
     quasi_static.implicit_step,
     quasi_static.pass_row,
 )
@@ -123,8 +123,8 @@ _LOOPS: tuple[Callable[..., object], ...] = (
 
 _RECORDS = (
     run.Run, run.Instruments, run.Passage, transition.Slopes, extended_kalman_filter.Estimate,
-    propagation.Changes, Gains, Jacobians, Entries, Errors, Seen, smoothing.Driven,
-    smoothing.Forwards,
+    propagation.Changes, Gains, Jacobians, Entries, Errors, SensorInputs, smoothing.Driven,
+    smoothing.ForwardPass,
 )  # fmt: skip
 """Named tuples that the loops make."""
 
@@ -149,12 +149,12 @@ class Loops:
 
     """
 
-    predict: Callable[[ParametrisedModel, Data, Start, Gains, Array, Array, Seen], None]
+    predict: Callable[[ParametrisedModel, Data, Start, Gains, Array, Array, SensorInputs], None]
     linearise: Callable[
         [ParametrisedModel, Data, Start, Tuning, Array, Gains, Array, Index], Jacobians
     ]
     propagate: Callable[[Gains, Jacobians, Entries, Array, Array, Single], None]
-    reread: Callable[[ParametrisedModel, Data, Seen, Array], None]
+    reread: Callable[[ParametrisedModel, Data, SensorInputs, Array], None]
     forces: Callable[[ParametrisedModel, Moments, Places, float, Array], Array]
     run_freely: Callable[[ParametrisedModel, Data, Start, Gains, Restarts], Errors]
     carry: Callable[[Gains, Jacobians, Array, Array, Array, Restarts, Array, Array], None]
@@ -193,7 +193,7 @@ def _compiled(cache: Path | None) -> dict[str, Any]:
     module.__dict__.update(
         np=np, INPUT_COUNT=run.INPUT_COUNT, SLIDING_BEND=SLIDING_BEND, SLID=sample_jacobian.SLID,
         CREEPING=sample_jacobian.CREEPING, NEARLY_EMPTY=sample_jacobian.NEARLY_EMPTY,
-        FAINTEST=propagation.FAINTEST, FINEST=quasi_static.FINEST,
+        SMALLEST=propagation.SMALLEST, FINEST=quasi_static.FINEST,
         compiled=inlined(nogil=True),
         allocating=allocating(nogil=True),
         entry_point=entry_point(file, rolled=True, nogil=True, _nrt=True),
