@@ -52,7 +52,7 @@ ROOMS = {
     "identify/selection": {"numpy", "scipy"},
     "identify/disagreement": {"numpy", "scipy"},
     "identify/experiment_design": {"numpy", "model"},
-    "identify/conclusion": {"numpy", "scipy", "model"},
+    "identify/conclusion": {"numpy", "scipy", "config", "model"},
     "identify/reporting": {"numpy", "matplotlib", "model", "pages"},
     "identify": {"scipy", "threadpoolctl", "config", "platform"},
     "captures": {"numpy", "cantools", "bus", "device", "identify/measured"},
@@ -97,12 +97,13 @@ these - the command line - may know everything."""
 IDENTIFY = [room for room in ROOMS if room.startswith("identify")]
 
 NARROW = {
+    ("identify/conclusion", "config"): {"config.datasheet"},
     ("conformance", "device"): {"device.eds", "device.entry", "device.datatype"},
     ("model", "platform"): {"platform.file_lock", "platform.supported_numba"},
 }
 """Where a room needs little of another, all that it may take: the suite reads an EDS as a node
-does, and knows nothing of how a node works; what compiles the physics does so once, with a numba
-that it knows."""
+does, and knows nothing of how a node works; a conclusion states values as data sheets do; what
+compiles the physics does so once, with a numba that it knows."""
 
 OUTERMOST = {"command_line", "commands", "learning.py", "__main__.py", "__init__.py"}
 

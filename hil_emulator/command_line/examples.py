@@ -17,7 +17,7 @@ GROUPS = {
         "effects": "hil-emulator effects hyq_knee",
         "linear": "hil-emulator linear hyq_knee --current '1 mA' --picture response.png",
         "characterise": "hil-emulator characterise all hyq_knee --out bench",
-        "schema": "hil-emulator schema --out hil-emulator.schema.json",
+        "schema": "hil-emulator schema --out schema.json",
     },
     "Break and test": {
         "scenario": "hil-emulator scenario supply_drop_while_moving --html report.html",

@@ -122,7 +122,7 @@ def _moved(result: Result) -> list[str]:
     for name, p in result.parameters.items():
         if p.moved:
             values = f"{p.words(p.refitted)} instead of {p.words(p.configured)}"
-            lines.append(f"moved     {name}: {p.change:+.0%}, {values}")
+            lines.append(f"moved     {p.called(name)}: {p.change:+.0%}, {values}")
     return lines
 
 

@@ -85,6 +85,7 @@ def configuration(
         fmu=fmu,
         partners=partners,
         rotary=rig.motion == "rotary",
+        sheet=checked.valve.quantities(stated["valve_gain"]) | checked.cylinder.quantities(),
     )
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from hil_emulator.config.bench import BenchSettings
 from hil_emulator.config.bus import WireSettings
+from hil_emulator.config.datasheet import SheetQuantity
 from hil_emulator.config.nodes import NodeSettings
 from hil_emulator.config.partners import PartnerSettings
 from hil_emulator.config.plant import FmuSettings
@@ -40,6 +41,7 @@ class Configuration:
         stated: fields of `plant` that a file states.
         rated_current: current at which the valve is fully open [A], where a file states one.
         tolerances: relative standard deviation of stated values by field, where a file states it.
+        sheet: quantities of data sheets that state fields of `plant`, by field.
         bench: the described parts of an actuator; values of the plant that it need not state are
             NaN, and so are all that depend on them.
         partners: nodes on the bus that are not CANopen.
@@ -72,3 +74,4 @@ class Configuration:
     fmu: FmuSettings | None = None
     partners: tuple[PartnerSettings, ...] = ()
     rotary: bool = False
+    sheet: Mapping[str, SheetQuantity] = field(default_factory=dict)

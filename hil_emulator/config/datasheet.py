@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from hil_emulator.model.constants import GRAVITY
 
@@ -28,6 +29,30 @@ ALTERNATIVES: dict[str, tuple[tuple[frozenset[str], frozenset[str]], ...]] = {
     "load": (WEIGHT,),
 }
 """Keys of a table that exclude each other: two ways to state the same quantity."""
+
+
+@dataclass(frozen=True)
+class SheetQuantity:
+    """The quantity of a data sheet in which a configuration states a parameter of the model.
+
+    Attributes:
+        name: its key, such as `nominal_flow` for the valve's gain.
+        unit: its SI unit.
+        shown: the unit in which reports show it.
+        factor: its value is factor parameter^power, all in SI.
+        power: see `factor`.
+
+    """
+
+    name: str
+    unit: str
+    shown: str
+    factor: float
+    power: float = 1.0
+
+    def of(self, parameter: float) -> float:
+        """Return its value [unit] for a value of the parameter."""
+        return float(self.factor * parameter**self.power)
 
 
 def full_opening(rated_current: float, values: Mapping[str, float]) -> float:

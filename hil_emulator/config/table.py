@@ -55,7 +55,7 @@ class QuantityReader:
         """
         if isinstance(text, str) and text in self.words:
             return self.words[text]
-        value = to_si(text, self.param.unit, self.example)
+        value = to_si(text, self.param.unit, self.example, difference=self.param.difference)
         if value not in self.words.values() and not self.param.allows(value):
             raise ValueError(f'"{brief(text)}" is outside the allowed {self.bounds}')
         return value

@@ -29,11 +29,13 @@ SLOPE = Param(
     math.pi / 6.0, -0.5 * math.pi, 0.5 * math.pi, "deg", source="F = m g sin(slope) of the mass",
 )  # fmt: skip
 DROP_PER_EDGE = Param(
-    "pressure_drop_per_edge", "Pa", "dp_n1, over one metering edge", 70e5, 1e5, 500e5, "bar"
-)
+    "pressure_drop_per_edge", "Pa", "dp_n1, over one metering edge", 70e5, 1e5, 500e5, "bar",
+    difference=True,
+)  # fmt: skip
 DROP_TOTAL = Param(
-    "pressure_drop_total", "Pa", "dp_n2 = 2 dp_n1, over the whole valve", 140e5, 1e5, 1000e5, "bar"
-)
+    "pressure_drop_total", "Pa", "dp_n2 = 2 dp_n1, over the whole valve", 140e5, 1e5, 1000e5, "bar",
+    difference=True,
+)  # fmt: skip
 
 
 class RigTable(DescribedTable):
@@ -121,6 +123,12 @@ class CylinderDatasheet(TableOfWays):
             areas_found["cylinder_area_ratio"] = datasheet.area_ratio(self.bore, self.rod)
         return areas_found
 
+    def quantities(self) -> dict[str, datasheet.SheetQuantity]:
+        """Return the bore, if it is given, by the parameter that follows from it."""
+        factor = math.sqrt(4.0 / math.pi)
+        bore = datasheet.SheetQuantity("bore", "m", "mm", factor, 0.5)
+        return {} if self.bore is None else {"cylinder_piston_area": bore}
+
 
 class OneSidedCylinder(CylinderDatasheet):
     """A piston or plunger without a chamber on the rod's side."""
@@ -166,6 +174,18 @@ class ValveDatasheet(TableOfWays):
         opening = datasheet.full_opening(self.rated_current, values)
         gain = datasheet.valve_gain(self.nominal_flow, opening, drop)
         return {"valve_gain": gain}
+
+    def quantities(self, gain: float) -> dict[str, datasheet.SheetQuantity]:
+        """Return the nominal flow, if it is given, by the parameter that follows from it.
+
+        Args:
+            gain: the valve gain [m³/(s A √Pa)] that follows.
+
+        """
+        if self.nominal_flow is None:
+            return {}
+        factor = self.nominal_flow / gain
+        return {"valve_gain": datasheet.SheetQuantity("nominal_flow", "m^3/s", "l/min", factor)}
 
 
 class ValveAside(ValveDatasheet):

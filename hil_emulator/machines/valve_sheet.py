@@ -30,7 +30,8 @@ PRINTED = {param.name: param for param in (
     Param("null_leakage", "m^3/s", "from p to t at null, pilot stage included", 1e-3 / 60.0,
           0.0, 1e-2, "l/min"),
     Param("pilot_leakage", "m^3/s", "of the pilot stage alone", 5e-4 / 60.0, 0.0, 1e-2, "l/min"),
-    Param("leakage_pressure", "Pa", "at which the leakages are printed", 210e5, 1e5, 400e5, "bar"),
+    Param("leakage_pressure", "Pa", "at which the leakages are printed", 210e5, 1e5, 400e5, "bar",
+          difference=True),
     Param("max_pressure", "Pa", "largest supply pressure", 315e5, 1e5, 700e5, "bar"),
 )}  # fmt: skip
 """Declarations of the numbers of a data sheet, by key."""

@@ -107,6 +107,7 @@ class Param(Quantity):
         tolerance: relative standard deviation of a stated value (assumed: that of a careful data
             sheet); 0 for an exact value.
         power: exponent with which the influence of a number that may be 0 grows from 0.
+        difference: whether a pressure is the difference of two, for which gauge units add nothing.
 
     """
 
@@ -121,6 +122,7 @@ class Param(Quantity):
     spread: Spread | None = field(default=None, kw_only=True)
     tolerance: float = field(default=0.0, kw_only=True)
     power: float = field(default=1.0, kw_only=True)
+    difference: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
         super().__post_init__()

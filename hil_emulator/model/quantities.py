@@ -37,7 +37,8 @@ PARAMS: dict[str, tuple[Param, ...]] = {
               spread=factor(2.0)),
         Param("laminar_width", "Pa", "least pressure difference below which the integration takes "
               "an edge for laminar, whatever its Reynolds number", 1e5, 1e3, 20e5, "bar",
-              default=1e5, source="exact to 0.1 % at 20 us behind a wide edge", spread=SETTING),
+              default=1e5, source="exact to 0.1 % at 20 us behind a wide edge", spread=SETTING,
+              difference=True),
     ),
     "lines": (
         Param("closed", "1", "command to the shut-off valves: 0 open, 1 closed", 0.0, 0.0, 1.0,
@@ -48,7 +49,8 @@ PARAMS: dict[str, tuple[Param, ...]] = {
               "their pressure drop", 1.5e-7, 1e-9, 1e-3, default=1.5e-7,
               source="7 bar at 7.5 l/min, assumed", spread=factor(2.0)),
         Param("laminar_width", "Pa", "an eighth of the drop at which their laminar and their "
-              "turbulent loss are equal", 2e5, 1e3, 50e5, "bar", default=2e5, spread=factor(2.0)),
+              "turbulent loss are equal", 2e5, 1e3, 50e5, "bar", default=2e5, spread=factor(2.0),
+              difference=True),
     ),
     "cylinder": (
         Param("piston_area", "m^2", "cap-side area A_p", 2.0106e-4, 1e-6, 4.0, "cm^2",

@@ -12,27 +12,36 @@ from typing import Any
 
 from hil_emulator.bus.bus import Bus
 from hil_emulator.errors import UserError
+from hil_emulator.platform.packaged import packaged
+from hil_emulator.platform.paths import near
 from hil_emulator.recording.several import Recorders
 from hil_emulator.scenario import loading
 from hil_emulator.scenario.perform import rig_of
 from hil_emulator.scenario.performance import Performance
-from hil_emulator.scenario.schema import Role
 from hil_emulator.simulation.emulator import Emulator
 
 _SLICE_S = 0.1  # emulator time between two lines (assumed)
 
+_EXTERNAL = (
+    "scenario {file}: it is for your controller on the bus; end this run, and "
+    "`hil-emulator run --scenario {file} --panel` waits for the controller and shows the run"
+)
+
 
 def play(file: Path) -> Iterator[dict[str, Any]]:
-    """Play a scenario with the reference controller; yield its progress.
+    """Play a scenario; yield its progress.
 
     Raises:
-        UserError: for a file that cannot be played.
+        UserError: for a file that cannot be played, or that is for a controller on a bus, which
+            this emulator of the panel is not on.
 
     """
     scenario = loading.load(file)
-    role: Role = "reference" if scenario.controller == "external" else scenario.controller
+    if scenario.controller == "external":
+        name = file.stem if packaged().get(file.stem) == file else near(file)
+        raise UserError(_EXTERNAL.format(file=name))
     with Emulator(rig_of(scenario, file.parent)) as emulator, Bus(emulator.bus) as port:
-        performance = Performance(file, scenario, emulator.rig, port, role)
+        performance = Performance(file, scenario, emulator.rig, port, scenario.controller)
         emulator.rig.recorder = Recorders(*performance.recorders)
         conductor, begin = performance.conductor, time.monotonic()
         while not conductor.over:

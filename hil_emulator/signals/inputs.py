@@ -72,7 +72,7 @@ def setting(name: str, value: object, known: Mapping[str, Param] = SETTINGS) -> 
     """
     param = _known(name, known)
     try:
-        number = to_si(value, param.unit)
+        number = to_si(value, param.unit, difference=param.difference)
     except ValueError as error:
         raise UserError(f"{name}: {error}") from None
     return _within(param, number, brief(value))

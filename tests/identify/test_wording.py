@@ -1,9 +1,17 @@
 """Words of a result."""
 
+import math
+from pathlib import Path
+
+import pytest
+
+from hil_emulator.config.datasheet import SheetQuantity
+from hil_emulator.config.load import load
 from hil_emulator.identify.conclusion import wrong_values
 from hil_emulator.identify.conclusion.findings import Finding, Refitted
 from hil_emulator.identify.experiment_design.next_experiment import Candidate, NextExperiment
 from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.platform.paths import shipped
 from tests.identify.rig_data import INSTRUMENTS, knee_model
 
 
@@ -49,11 +57,41 @@ def test_an_undecided_verdict_states_both_explanations_and_what_separates_them()
     value = Refitted(50.0, 65.2, 64.8, 65.6, "kg", "kg")
     far, rivals = [(mass, 0.3)], [effects["load_coulomb_friction"]]
     (words,) = wrong_values.in_words(far, {"load_mass": value})
-    assert wrong_values.competing([words], far, rivals) == (
+    name = wrong_values.names(far, {"load_mass": value})
+    assert wrong_values.competing([words], name, rivals) == (
         "two explanations fit: load_mass = 65.2 kg (95 %: 64.8 kg ... 65.6 kg), not 50 kg, with no "
         "effect missing; or load_coulomb_friction is missing, with load_mass nearer to its "
         "configured value"
     )
-    assert wrong_values.separating(far, rivals) == (
+    assert wrong_values.separating(name, rivals) == (
         "measure load_mass directly, or record at other speeds, slower and faster"
     )
+
+
+def test_a_wrong_value_is_stated_as_its_data_sheet_does() -> None:
+    """The valve's gain as nominal flow, the piston's area as bore; a stated gain as gain."""
+    sheet = load([shipped("configs/hyq_knee.toml")]).sheet
+    gain = next(c for c in parameters.ordinary(knee_model()) if c.name == "valve_gain")
+    value = Refitted(gain.neutral, 0.8 * gain.neutral, 0.7 * gain.neutral, 0.9 * gain.neutral,
+                     gain.unit, gain.shown, sheet[gain.field])  # fmt: skip
+    assert wrong_values.in_words([(gain, -0.2)], {"valve_gain": value}) == [
+        "nominal_flow = 6 l/min (95 %: 5.25 l/min ... 6.75 l/min), not 7.5 l/min"
+    ]
+    assert wrong_values.names([(gain, -0.2)], {"valve_gain": value}) == "nominal_flow"
+    assert value.change == pytest.approx(-0.2)
+    area = math.pi * 0.02**2
+    bore = SheetQuantity("bore", "m", "mm", math.sqrt(4.0 / math.pi), 0.5)
+    wider = Refitted(area, 1.21 * area, 1.2 * area, 1.22 * area, "m^2", "cm^2", bore)
+    assert (wider.words(wider.refitted), wider.change) == ("44 mm", pytest.approx(0.1))
+
+
+def test_only_what_a_file_states_by_a_data_sheet_is_shown_so(tmp_path: Path) -> None:
+    """A gain, and a piston area, are their own quantities; a bore is a diameter of 40 mm."""
+    layer = tmp_path / "layer.toml"
+    layer.write_text(
+        '[valve]\ngain = "7e-6 m^3/(s*A*Pa^0.5)"\n[cylinder]\nbore = "40 mm"\nrod = "28 mm"'
+    )
+    config = load([shipped("configs/hyq_knee.toml"), layer])
+    assert config.sheet.keys() == {"cylinder_piston_area"}
+    of = config.sheet["cylinder_piston_area"].of
+    assert of(config.plant["cylinder_piston_area"]) == pytest.approx(0.04)

@@ -13,6 +13,15 @@ _HEAD = """\
 Every command of `hil-emulator`. Wrong input ends a command with exit code {wrong} and a message on
 standard error, Ctrl-C with {interrupted}. [Running](../how_to/run.md) lists those of `run`."""
 
+_NOT_RUN = {
+    "bench": "takes a minute",
+    "characterise": "takes half a minute",
+    "conformance": "needs can0 and a device",
+    "ctl": "needs a running emulator",
+    "identify": "needs three logs",
+}
+"""What an example needs that the test of printed commands lacks, by the name of the command."""
+
 
 def write() -> str:
     """Return the page."""
@@ -32,9 +41,13 @@ def _command(name: str, command: click.Command) -> str:
         f"## {name}", *paragraphs, f"```text\n{usage}\n```",
         table(("argument", "required", "default", "meaning"), arguments) if arguments else "",
         table(("option", "value", "default", "meaning"), options),
-        f"Example:\n\n```sh\n{EXAMPLES[name]}\n```",
+        f"Example:\n\n{_marker(name)}```sh\n{EXAMPLES[name]}\n```",
     ]  # fmt: skip
     return "\n\n".join(part for part in parts if part)
+
+
+def _marker(name: str) -> str:
+    return f"<!-- not run: {_NOT_RUN[name]} -->\n" if name in _NOT_RUN else ""
 
 
 def _argument(command: str, param: click.Argument, context: click.Context) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from hil_emulator.config.datasheet import SheetQuantity
 from hil_emulator.identify.conclusion import account, wrong_values
 from hil_emulator.identify.conclusion.findings import (
     ExperimentEstimate,
@@ -73,7 +74,7 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
     first = search.rounds[0]
     unseen = [s.coordinate.name for s in first.scores
               if not s.visible and s.statistic < first.needed]  # fmt: skip
-    parameters = _refitted(search)
+    parameters = _refitted(search, searcher.fitter.predictor.model.config.sheet)
     result = Result("nothing_missing", _explained(search, parameters))
     result.nearest, result.parameters = search.nearest, parameters
     result.effects, result.unknown, result.search = findings, unknown, search
@@ -122,8 +123,9 @@ def _conclude_values(result: Result, search: Search, far: FarOff) -> None:
     result.implausible = highly_implausible_parameters(_last_fit(search))
     if rivals := wrong_values.instead(search, far):
         result.verdict = "cannot_tell"
-        result.reason = wrong_values.competing(values, far, rivals)
-        result.next_experiment = wrong_values.separating(far, rivals)
+        names = wrong_values.names(far, result.parameters)
+        result.reason = wrong_values.competing(values, names, rivals)
+        result.next_experiment = wrong_values.separating(names, rivals)
         return
     result.verdict = "wrong_value"
     result.reason = f"the data are explained, with another value: {'; '.join(values)}"
@@ -146,7 +148,7 @@ def _last_fit(search: Search) -> Fit:
     return search.reported or search.rounds[-1].base
 
 
-def _refitted(search: Search) -> dict[str, Refitted]:
+def _refitted(search: Search, sheet: Mapping[str, SheetQuantity]) -> dict[str, Refitted]:
     """Return the ordinary parameters, by name."""
     final = search.reported
     if final is None:
@@ -158,7 +160,7 @@ def _refitted(search: Search) -> dict[str, Refitted]:
     return {
         c.name: Refitted(
             c.neutral, float(c.value(float(a))), float(c.value(float(a - NORMAL_95 * d))),
-            float(c.value(float(a + NORMAL_95 * d))), c.unit, c.shown,
+            float(c.value(float(a + NORMAL_95 * d))), c.unit, c.shown, sheet.get(c.field),
         )
         for c, a, d in zip(search.ordinary, final.at, deviations, strict=False)
     }  # fmt: skip

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hil_emulator.config.datasheet import SheetQuantity
 from hil_emulator.identify.disagreement.residuals import SHOWN
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.units import show
@@ -35,6 +36,8 @@ class Refitted:
         high: upper end of its 95 % interval [unit].
         unit: SI unit.
         shown: the unit in which reports show it.
+        sheet: the quantity of a data sheet by which the configuration states it, and in which
+            reports show it; null if that is the parameter itself.
 
     """
 
@@ -44,11 +47,13 @@ class Refitted:
     high: float
     unit: str
     shown: str
+    sheet: SheetQuantity | None = None
 
     @property
     def change(self) -> float:
-        """Relative change from the configured value; 0 if that is zero."""
-        return self.refitted / self.configured - 1.0 if self.configured else 0.0
+        """Relative change from the configured value, as it is shown; 0 if that is zero."""
+        ratio = self.refitted / self.configured if self.configured else 1.0
+        return float(ratio ** (self.sheet.power if self.sheet else 1.0)) - 1.0
 
     @property
     def moved(self) -> bool:
@@ -57,7 +62,13 @@ class Refitted:
 
     def words(self, value: float) -> str:
         """Return a value as text."""
+        if self.sheet:
+            return rounded(self.sheet.of(value), self.sheet.unit, self.sheet.shown)
         return rounded(value, self.unit, self.shown)
+
+    def called(self, name: str) -> str:
+        """Return the name of what `words` shows, for the name of the parameter."""
+        return self.sheet.name if self.sheet else name
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ def _words(c: Coordinate, value: Refitted) -> str:
     now, low, high, before = (value.words(number) for number in numbers)
     origin = f"not {before}" if c.stated else f"which no file states; {before} is usual"
     product = f" (only its product with {' and '.join(c.also)} shows)" if c.also else ""
-    return f"{c.name} = {now} (95 %: {low} ... {high}){product}, {origin}"
+    return f"{value.called(c.name)} = {now} (95 %: {low} ... {high}){product}, {origin}"
 
 
 def instead(search: Search, far: FarOff) -> list[Coordinate]:
@@ -39,22 +39,25 @@ def instead(search: Search, far: FarOff) -> list[Coordinate]:
     return rivals
 
 
-def competing(values: Sequence[str], far: FarOff, rivals: Sequence[Coordinate]) -> str:
+def competing(values: Sequence[str], names: str, rivals: Sequence[Coordinate]) -> str:
     """Return the two explanations: other values, or a missing effect."""
     return (
         f"two explanations fit: {' and '.join(values)}, with no effect missing; or "
-        f"{' or '.join(c.name for c in rivals)} is missing, with {_names(far)} nearer to its "
+        f"{' or '.join(c.name for c in rivals)} is missing, with {names} nearer to its "
         "configured value"
     )
 
 
-def separating(far: FarOff, rivals: Sequence[Coordinate]) -> str:
+def separating(names: str, rivals: Sequence[Coordinate]) -> str:
     """Return the measurement that decides between other values and a missing effect."""
     return (
-        f"measure {_names(far)} directly, or record "
+        f"measure {names} directly, or record "
         f"{variation([c.effect for c in rivals if c.effect is not None])}"
     )
 
 
-def _names(far: FarOff) -> str:
-    return " and ".join(c.name for c, _ in far)
+def names(far: FarOff, parameters: Mapping[str, Refitted]) -> str:
+    """Return the names of the values, as the configuration states them."""
+    return " and ".join(
+        parameters[c.name].called(c.name) if c.name in parameters else c.name for c, _ in far
+    )

@@ -146,8 +146,9 @@ def hide(model: PlantModel, name: str, size: str) -> Hidden:
 
 
 def _value(c: Coordinate, size: str) -> float:
+    number = float(size) if c.unit == "1" and "%" not in size else size
     try:
-        return to_si(float(size) if c.unit == "1" and "%" not in size else size, c.unit)
+        return to_si(number, c.unit, difference=bool(c.effect and c.effect.knob.difference))
     except ValueError:
         usual = show(c.value(1.0), c.unit, c.shown)
         raise UserError(

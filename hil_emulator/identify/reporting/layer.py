@@ -110,12 +110,20 @@ def _refitted(result: Result) -> list[tuple[Coordinate, float]]:
     return [(c, float(c.value(float(a)))) for c, a in pairs if abs(float(a)) > 1e-3]
 
 
+def _estimate(refitted: Refitted) -> str:
+    """Return the configured value, after the estimate if that is shown as a data sheet's."""
+    configured = f"configured {refitted.words(refitted.configured)}"
+    if refitted.sheet is None:
+        return f"ordinary parameter, {configured}"
+    return f"{refitted.sheet.name} {refitted.words(refitted.refitted)}, {configured}"
+
+
 def _ordinary(coordinate: Coordinate, value: float, refitted: Refitted | None) -> str:
     unit, shown = coordinate.unit, coordinate.shown
     text = f"   # ordinary parameter, configured {show(coordinate.neutral, unit, shown)}"
     if refitted is not None:
-        low, high = (rounded(v, unit, shown) for v in (refitted.low, refitted.high))
-        text += f", 95 %: {low} ... {high}"
+        text = f"   # {_estimate(refitted)}, 95 %: {refitted.words(refitted.low)} ... "
+        text += refitted.words(refitted.high)
     if coordinate.effect is not None:
         name = coordinate.field.removeprefix(f"{coordinate.effect.name}_")
         return f"{coordinate.effect.name}.{name} = {quoted(value, unit, shown)}{text}"

@@ -13,7 +13,7 @@ def next_steps(result: Result) -> list[str]:
 
 def _checks(result: Result) -> list[str]:
     """Return what to check of the machine: parameters that moved further than tolerances."""
-    moved = [name.replace("_", " ") for name, p in result.parameters.items() if p.moved]
+    moved = [p.called(name).replace("_", " ") for name, p in result.parameters.items() if p.moved]
     return [f"Check in data sheets or on the machine: {', '.join(moved)}."] if moved else []
 
 

@@ -113,7 +113,8 @@ def parameters(result: Result) -> Table:
         configured, refitted, low, high = map(p.words, (p.configured, p.refitted, p.low, p.high))
         interval = f"{_number(low)} ... {_number(high)}"
         caution = "check it" if p.moved else ""
-        rows.append((name.replace("_", " "), _number(configured), _number(refitted), interval,
+        title = p.called(name).replace("_", " ")
+        rows.append((title, _number(configured), _number(refitted), interval,
                      _unit(refitted), change, caution))  # fmt: skip
     head = ("parameter", "configured", "refitted", "95 % interval", "unit", "change", "caution")
     return _filled(Table(head, rows))

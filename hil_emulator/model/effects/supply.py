@@ -52,7 +52,7 @@ def displaced(flow: float) -> float:
                off=math.inf),
     shape=(
         Param("override", "Pa", "pressure between opening and full flow of the relief valve",
-              10e5, 2e5, 100e5, shown="bar", default=10e5, spread=factor(2.0)),
+              10e5, 2e5, 100e5, shown="bar", default=10e5, spread=factor(2.0), difference=True),
     ),
     source="S1 3.2: fixed displacement with relief valve; the whole flow passes it at set pressure",
     signature="supply pressure falls as flow is drawn, and collapses beyond the pump's flow",
@@ -73,13 +73,14 @@ def fixed_pump(flow: float) -> float:
                shown="l/min", off=math.inf),
     shape=(
         Param("droop", "Pa", "pressure between no and full stroke of the compensator",
-              10e5, 2e5, 100e5, shown="bar", default=10e5, spread=factor(2.0)),
+              10e5, 2e5, 100e5, shown="bar", default=10e5, spread=factor(2.0), difference=True),
         Param("time_constant", "s", "time constant of the compensator", 0.02, 1e-3, 1.0, shown="ms",
               default=0.02, spread=factor(2.0)),
         Param("relief_margin", "Pa", "pressure over the set pressure at which its relief valve "
-              "opens", 20e5, 0.0, 200e5, shown="bar", default=20e5, spread=factor(1.5)),
+              "opens", 20e5, 0.0, 200e5, shown="bar", default=20e5, spread=factor(1.5),
+              difference=True),
         Param("relief_override", "Pa", "pressure between opening and full flow of the relief valve",
-              10e5, 2e5, 100e5, shown="bar", default=10e5, spread=factor(2.0)),
+              10e5, 2e5, 100e5, shown="bar", default=10e5, spread=factor(2.0), difference=True),
     ),
     states=(Quantity("stroke", "m^3/s", "flow of the pump"),),
     source="S1 3.2: pressure-compensated pump; first-order compensator and relief valve assumed",
@@ -134,7 +135,8 @@ def pump_leakage(
                       "3.1, which names no pressure)"),
     shape=(
         Param("drag", "Pa", "pressure equivalent to the drag of oil at 40 °C in the gaps at the "
-              "shaft's speed", 5.22e5, 0.0, 100e5, shown="bar", default=5.22e5, spread=factor(2.0)),
+              "shaft's speed", 5.22e5, 0.0, 100e5, shown="bar", default=5.22e5, spread=factor(2.0),
+              difference=True),
     ),
     source="torque loss D (C_f p + C_d mu omega) of Wilson's pump (Merritt 1967); both of full "
            "displacement at any stroke",

@@ -117,7 +117,7 @@ def creep(
 
 @effect(
     transducer,
-    knob=Param("value", "span", "reading at zero", 0.005, -100.0, 100.0),
+    knob=Param("value", "span", "reading at zero", 0.005, -100.0, 100.0, difference=True),
     source="sensor data sheets (zero balance)",
     signature="constant part of the channel",
 )
@@ -167,7 +167,7 @@ def delay(reading: float, period: float, time: float, history: Array) -> float:
 
 @effect(
     transducer,
-    knob=Param("amplitude", "span", "amplitude", 0.001, 0.0, 100.0),
+    knob=Param("amplitude", "span", "amplitude", 0.001, 0.0, 100.0, difference=True),
     shape=(
         Param(
             "frequency",
@@ -197,7 +197,7 @@ def hum(
 
 @effect(
     transducer,
-    knob=Param("sigma", "span", "standard deviation", 0.001, 0.0, 100.0),
+    knob=Param("sigma", "span", "standard deviation", 0.001, 0.0, 100.0, difference=True),
     source="S1 3.4.3 for the load cell; sensor data sheets",
     signature="white, only in this channel",
     not_modelled="its correlation in time",
@@ -212,7 +212,7 @@ def noise(reading: float, normal: float, sigma: float) -> float:
 
 @effect(
     transducer,
-    knob=Param("step", "span", "least significant bit", 2.4e-4, 0.0, 100.0),
+    knob=Param("step", "span", "least significant bit", 2.4e-4, 0.0, 100.0, difference=True),
     source="12-bit converter of a public bench: 1/4096 of the span",
     signature="steps in the channel",
 )

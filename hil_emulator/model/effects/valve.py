@@ -189,7 +189,7 @@ def pilot_supply(
                0.02, 0.0, 0.5, shown="%"),
     shape=(
         Param("rated_drop", "Pa", "pressure drop over both edges", 70e5, 1e5, 400e5, shown="bar",
-              default=70e5, spread=SETTING),
+              default=70e5, spread=SETTING, difference=True),
     ),
     source="steady flow force 2 C_d C_v w x dp cos(69°) (Merritt 1967); ratio assumed",
     signature="the spool opens less at a high pressure drop",
