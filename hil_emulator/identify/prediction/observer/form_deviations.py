@@ -1,4 +1,4 @@
-"""What base laws of another published form would do along a run."""
+"""Innovations' changes by base laws of other published forms, along a run."""
 
 from collections.abc import Iterator
 
@@ -11,20 +11,20 @@ from hil_emulator.model.declare import is_on
 from hil_emulator.model.law_forms import FORMS, USUAL, ModelRun
 
 BENT = 3.0
-"""Standard deviations at which the curvature of an effect is taken."""
+"""Size, in standard deviations, at which the curvature of an effect is computed."""
 
 CURVATURE = 1.0 / 3.0
-"""Standard deviation of k(k - 1)/6, with k of a standard normal distribution: an effect k standard
-deviations large has that part of the second difference."""
+"""Standard deviation of k(k - 1)/6 for a standard normal k: the factor of the second difference for
+an effect of k standard deviations."""
 
 
 def deviations(
     predictor: Predictor, frozen: Frozen, par: Array, chan: Array
 ) -> tuple[tuple[str, ...], Array]:
-    """Return what one standard deviation of each difference does along the run at a point.
+    """Return the change of the innovations by one standard deviation of each difference.
 
     Returns:
-        the law of each difference in words, and weighted whitened innovations, shape (differences,
+        The law of each difference in words, and weighted whitened innovations, shape (differences,
         residuals).
 
     """
@@ -51,9 +51,9 @@ def deviations(
 def _usual(
     predictor: Predictor, frozen: Frozen, par: Array, chan: Array
 ) -> Iterator[tuple[str, Array]]:
-    """Yield the same of each effect that every machine has a little of, shape (2, residuals).
+    """Yield law and changes of each effect that is small in every machine, shape (2, residuals).
 
-    Twice an effect does not do twice as much: the second difference holds by how much.
+    The second row is the nonlinear part, from a second difference.
     """
     model, base = predictor.model, predictor.innovations(frozen, par, chan)[0]
     effects = {e.name: e for e in model.effects}
