@@ -44,15 +44,15 @@ class _Package(ModuleType):
 
 
 class _CallableRoom(ModuleType):
-    """A room that, called, is the public function of its name: `identify`, `machines`."""
+    """Subpackage that is callable as the public function of its name: `identify`, `machines`."""
 
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         return _public(self.__name__.rpartition(".")[2])(*args, **kwargs)
 
 
 def _public(name: str) -> Any:
-    module, _, found = _HOMES[name].partition(":")
-    return getattr(import_module(f"{__name__}.{module}"), found)
+    module, _, attribute = _HOMES[name].partition(":")
+    return getattr(import_module(f"{__name__}.{module}"), attribute)
 
 
 def __getattr__(name: str) -> Any:

@@ -1,4 +1,4 @@
-"""The one exception that is meant for the user, and how it quotes what the user gave."""
+"""Exception for errors that the user can correct, and quotation of the user's input."""
 
 import difflib
 import reprlib
@@ -8,7 +8,7 @@ _LONGEST = 80  # characters of a quotation (assumed)
 
 
 class UserError(Exception):
-    """Something the user can mend: says what is wrong, where, and what to do.
+    """An error that the user can correct; the message names fault, place and remedy.
 
     The command line prints its text without a traceback and ends with `exit_code`.
     """
@@ -17,7 +17,7 @@ class UserError(Exception):
 
 
 def brief(given: object) -> str:
-    """Return what was given, short enough for a message whatever it is: text without quotes."""
+    """Return an input shortened for a message; text is not quoted."""
     if isinstance(given, str):
         return given if len(given) <= _LONGEST else f"{given[:_LONGEST]} ..."
     try:

@@ -1,10 +1,10 @@
-"""A CAN frame as the emulator's parts hand it to each other."""
+"""CAN frames, as exchanged between the parts of the emulator."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple, overload
 
 EXTENDED = 1 << 29
-"""Bit of a COB-ID that tells a 29-bit identifier from an 11-bit one (CiA 301 7.5.2)."""
+"""Bit of a COB-ID that marks a 29-bit identifier (CiA 301 7.5.2)."""
 
 BUS_OFF, BUS_ERROR, RESTARTED, NO_ACKNOWLEDGE = 0x040, 0x088, 0x100, 0x020
 """Classes of error frames (Linux, can/error.h): a controller has gone off the bus; a frame was
@@ -16,8 +16,7 @@ class Frame(NamedTuple):
 
     Attributes:
         can_id: 11-bit identifier, or 29-bit where `extended` is set.
-        data: 0 to 8 bytes; of a remote frame, which has none, as many zeros as its length code
-            says.
+        data: 0 to 8 bytes; for a remote frame, zeros of the length of its length code.
         remote: a remote transmission request (RTR).
         extended: a 29-bit identifier; of the CANopen services here only PDOs can have one.
 
@@ -30,7 +29,7 @@ class Frame(NamedTuple):
 
     @property
     def identifier(self) -> int:
-        """The identifier as COB-IDs have it (CiA 301 7.5.2): bit 29 set for one of 29 bits."""
+        """The identifier as in a COB-ID (CiA 301 7.5.2): bit 29 is set for a 29-bit identifier."""
         return self.can_id | EXTENDED if self.extended else self.can_id
 
 
@@ -38,12 +37,12 @@ NO_FRAMES: Sequence[Frame] = ()
 
 
 class Burst(Sequence[Frame]):
-    """Data frames that are made when somebody looks at them, as often nobody does.
+    """Data frames that are created at the first access, which is rare.
 
     Args:
-        heads: identifier of each, and whether it has 29 bits.
-        parts: returns the data of all, from what is given as `data`.
-        data: holds the data of all.
+        heads: identifier of each frame, and whether it has 29 bits.
+        parts: returns the data of each frame, from `data`.
+        data: of all frames.
 
     """
 

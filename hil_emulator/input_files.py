@@ -1,7 +1,7 @@
 """Limits of the files that a user gives: checked before anything parses them.
 
-Every reader of the package asks here first. A limit protects the machine, not the format: each is
-far above what real files of its kind need, and its message says what to do with a larger one.
+Every reader of the package checks them first. A limit protects the computer: it is far above the
+size of real files of its kind, and its message names the remedy for a larger file.
 """
 
 import json
@@ -141,7 +141,7 @@ def read_text(file: Path, limit: Limit) -> str:
 
 
 def read_json(file: Path, limit: Limit) -> Any:
-    """Return what a file in JSON says.
+    """Return the content of a JSON file.
 
     Raises:
         UserError: see `check`.
@@ -152,7 +152,7 @@ def read_json(file: Path, limit: Limit) -> Any:
 
 
 def parse_json(text: str | bytes) -> Any:
-    """Return what a text in JSON says.
+    """Return the content of a JSON text.
 
     Raises:
         ValueError: it is not JSON, or nests deeper than `JSON_DEPTH`.
@@ -226,7 +226,7 @@ def check_archive(file: Path, limit: Limit) -> None:
 
 
 def _size(size: float) -> str:
-    """Return a size as people say it."""
+    """Return a size with a binary prefix."""
     for unit, value in (("GiB", GIB), ("MiB", MIB), ("KiB", 1024)):
         if size >= value:
             return f"{size / value:.3g} {unit}"

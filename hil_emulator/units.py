@@ -98,7 +98,7 @@ _JOINED_TORQUE = re.compile(r"\bNm\b")
 _GAUGE = re.compile(
     r"(?P<unit>[kM]?Pa|m?bar|psi)(?:(?P<bare>[ga])|[\s_]*\(?\s*(?P<word>g|a|gauge|abs|rel)\s*\)?)"
 )
-"""Pressures that say from where they count: barg, bar(g), bar(a), psia, kPa abs."""
+"""Pressure units with a reference: barg, bar(g), bar(a), psia, kPa abs."""
 
 _WITH_REFERENCE = re.compile(rf"{_NUMBER}((?:{_GAUGE.pattern}))\s*")
 
@@ -118,7 +118,7 @@ def _registry() -> "pint.UnitRegistry[float]":
 
 @cache
 def _words() -> dict[object, str]:
-    return {_registry().Unit(known).dimensionality: word for known, word in _WORDS.items()}
+    return {_registry().Unit(unit).dimensionality: word for unit, word in _WORDS.items()}
 
 
 def _measured(quantity: "pint.Quantity[float]", unit: str) -> str:
@@ -201,9 +201,9 @@ def _value(text: str, unit: str, *, difference: bool = False) -> float:
     if _rotary.get():
         text = _JOINED_TORQUE.sub("N*m", text)
     number, written = _parts(text)
-    known = _FACTORS.get(unit, {}).get(written)
-    if known is not None:
-        return number * known
+    factor = _FACTORS.get(unit, {}).get(written)
+    if factor is not None:
+        return number * factor
     quantity = _read(text)
     if quantity.is_compatible_with(unit):
         return float(quantity.to(unit).magnitude)
@@ -222,8 +222,8 @@ def pattern(unit: str) -> str:
     It refuses numbers without a unit and common units of other dimensions; what it lets pass,
     `to_si` judges.
     """
-    foreign = [known for known in _MISTAKABLE if not _alike(known, unit)]
-    refused = "|".join(re.escape(word) for known in foreign for word in _FACTORS[known])
+    foreign = [other for other in _MISTAKABLE if not _alike(other, unit)]
+    refused = "|".join(re.escape(word) for other in foreign for word in _FACTORS[other])
     number = r"[-+]?(\d+\.?\d*|\.\d+|inf)([eE][-+]?\d+)?"
     unit_text = rf"(?!({refused})\s*$)[%°/(A-Za-zµμΩ].*"
     return rf"^\s*{number}\s*({unit_text}){'?' if _alike(unit, '1') else ''}$"
@@ -367,9 +367,9 @@ def show(value: float, unit: str, shown: str = "") -> str:
     target = shown or unit
     if math.isinf(value):
         return "unlimited" if value > 0.0 else "-unlimited"
-    known = 1.0 if target == unit else _FACTORS.get(unit, {}).get(target)
-    if known is not None:
-        number = value / known
+    factor = 1.0 if target == unit else _FACTORS.get(unit, {}).get(target)
+    if factor is not None:
+        number = value / factor
     else:
         number = float(_registry().Quantity(value, unit).to(target).magnitude)
     return f"{number:.6g}" if target == "1" else f"{number:.6g} {target}"

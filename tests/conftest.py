@@ -21,7 +21,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.fixture
 def socketcan_channel() -> str:
-    """Return the name of a SocketCAN interface that is up; skip the test where there is none."""
+    """Return the name of a SocketCAN interface that is up; skip the test without one."""
     channel = "vcan0"
     try:
         with socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as probe:

@@ -185,8 +185,8 @@ class Plant(NamedTuple):
     def master(self, node_id: int) -> Any:
         """Return the stock master's view of the node that has this node-ID now."""
         nodes = zip(self.emulator.config.nodes, self.emulator.rig.nodes, strict=True)
-        (found,) = [(s.eds, n.dictionary) for s, n in nodes if n.node_id == node_id]
-        return self.network.add_node(node_id, known_objects(*found))
+        (node,) = [(s.eds, n.dictionary) for s, n in nodes if n.node_id == node_id]
+        return self.network.add_node(node_id, known_objects(*node))
 
 
 @contextmanager

@@ -21,15 +21,15 @@ def parameter_values(dcf: Path, node_id: int) -> dict[Place, int]:
     parser = configparser.RawConfigParser(strict=False)
     parser.optionxform = str  # type: ignore[assignment,method-assign]
     parser.read(dcf)
-    found = {}
+    values = {}
     for section in parser.sections():
         match = _SECTION.fullmatch(section)
         text = parser.get(section, "ParameterValue", fallback="")
         if match and text:
             offset = node_id if "$NODEID" in text else 0
             number = int(text.replace("$NODEID", "").strip("+"), 0)
-            found[int(match[1], 16), int(match[2] or "0", 16)] = number + offset
-    return found
+            values[int(match[1], 16), int(match[2] or "0", 16)] = number + offset
+    return values
 
 
 def in_order(values: dict[Place, int], now: dict[Place, int]) -> Iterator[tuple[Place, int]]:
@@ -69,7 +69,7 @@ def configure(network: canopen.Network, dcf: Path, node_id: int) -> Any:
     counts = {i: node.sdo[i + _TO_MAPPING][0].raw for i, _ in cob_ids}
     written = {i for i, s in values if s == 0}
     for (index, _), _ in cob_ids.items():
-        # whoever only moves a PDO leaves its mapping as it is
+        # only the COB-ID of this PDO changes, its mapping stays
         if index + _TO_MAPPING not in written:
             values.setdefault((index + _TO_MAPPING, 0), counts[index])
     for (index, subindex), value in in_order(values, cob_ids):

@@ -29,7 +29,7 @@ def descendants(number: int) -> dict[int, str]:
 def child(number: int, program: str) -> int:
     """Return the number of the process of a program, once there is one."""
     if not Path(f"/proc/{number}/task/{number}/children").exists():
-        pytest.skip("this system does not tell which children a process has")
+        pytest.skip("this system does not list the children of a process")
     return until(lambda: next((n for n, line in children(number).items() if program in line), 0))
 
 

@@ -69,6 +69,6 @@ def bench(config: Configuration, clock: Clock | None = None) -> Iterator[Bench]:
     """Yield a rig on a virtual bus of its own, with a peer."""
     settings = {"interface": "virtual", "channel": f"rig test {next(_numbers)}"}
     recorder = MemoryRecorder()
-    with Bus(settings) as own, Bus(settings) as peer:
-        rig = assemble(config, own, cache_folder(), recorder)
+    with Bus(settings) as rig_bus, Bus(settings) as peer:
+        rig = assemble(config, rig_bus, cache_folder(), recorder)
         yield Bench(rig, peer, clock or LockStep(), recorder)

@@ -1,6 +1,6 @@
-"""A plant of our actuator and ten foreign nodes: what they are, how they are set up, what they say.
+"""A plant with one actuator and ten foreign nodes: their types, set-up and messages.
 
-Nodes 10 to 13 are pressure transmitters, 14 to 17 encoders, 18 and 19 valves nobody commands.
+Nodes 10 to 13 are pressure transmitters, 14 to 17 encoders, 18 and 19 valves without commands.
 """
 
 from collections.abc import Iterator
@@ -82,15 +82,15 @@ def set_up(stretch: int = 1) -> Iterator[Write]:
 
 
 def periods_ms(stretch: int = 1) -> dict[int, int]:
-    """Return the period of every message on the bus by its identifier, as they are set up."""
-    found = {0x080: SYNC_MS, 0x200 + ACTUATOR: SET_POINT_MS}
-    found |= {0x700 + node_id: HEARTBEAT_MS for node_id in NODES}
-    found |= {base + ACTUATOR: ms for base, ms in ((0x180, 10), (0x280, 20), (0x380, 50))}
-    found[0x480 + ACTUATOR] = SYNC_MS
-    found |= {0x180 + node_id: 10 for node_id in TRANSMITTERS}
-    found |= {0x180 + node_id: 20 for node_id in ENCODERS}
-    found |= {0x180 + node_id: 100 for node_id in VALVES}
-    return {can_id: period_ms * stretch for can_id, period_ms in found.items()}
+    """Return the configured period of every message on the bus, by its identifier."""
+    periods = {0x080: SYNC_MS, 0x200 + ACTUATOR: SET_POINT_MS}
+    periods |= {0x700 + node_id: HEARTBEAT_MS for node_id in NODES}
+    periods |= {base + ACTUATOR: ms for base, ms in ((0x180, 10), (0x280, 20), (0x380, 50))}
+    periods[0x480 + ACTUATOR] = SYNC_MS
+    periods |= {0x180 + node_id: 10 for node_id in TRANSMITTERS}
+    periods |= {0x180 + node_id: 20 for node_id in ENCODERS}
+    periods |= {0x180 + node_id: 100 for node_id in VALVES}
+    return {can_id: period_ms * stretch for can_id, period_ms in periods.items()}
 
 
 def bits(can_id: int, data: bytes) -> int:

@@ -43,7 +43,7 @@ def anchors(file: Path) -> set[str]:
 
 @pytest.mark.parametrize(("file", "target"), LINKS, ids=lambda x: getattr(x, "name", x))
 def test_a_link_leads_somewhere(file: Path, target: str) -> None:
-    """To a file or heading of the repository, or by https to elsewhere, which nobody looks up."""
+    """The target is a file or heading of the repository, or an https address (not opened)."""
     if ":" in target:
         assert re.fullmatch(r"https://[\w.-]+\.[a-z]+(/\S*)?", target)
         return

@@ -33,8 +33,8 @@ def emulator(tmp_path: Path, *options: str) -> Iterator[tuple[int, subprocess.Po
     try:
         assert process.stdout is not None
         lines = iter(process.stdout.readline, "")
-        found = next(m for line in lines if (m := re.search(r"127\.0\.0\.1:(\d+)", line)))
-        yield int(found[1]), process
+        match = next(m for line in lines if (m := re.search(r"127\.0\.0\.1:(\d+)", line)))
+        yield int(match[1]), process
     finally:
         process.terminate()
         process.communicate(timeout=30)
@@ -146,7 +146,7 @@ def test_the_clients_sync_can_be_the_clock(tmp_path: Path) -> None:
     reason="a background job of a shell ignores Ctrl-C, and so does what it starts",
 )
 def test_ctrl_c_ends_with_a_summary(tmp_path: Path) -> None:
-    """An interrupted run tells how punctual it was and exits as a success."""
+    """An interrupted run prints its punctuality and exits with code 0."""
     with emulator(tmp_path) as (_, process):
         threading.Event().wait(0.3)
         process.send_signal(signal.SIGINT)

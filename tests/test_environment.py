@@ -1,4 +1,4 @@
-"""What surrounds an emulator may fail: it says so in one message, and keeps what it can."""
+"""Failures of the environment: one message names each, and data are kept if possible."""
 
 import contextlib
 import os
@@ -39,13 +39,13 @@ def ended(process: subprocess.Popen[str]) -> tuple[int, str]:
 
 
 def lockstep(duration: str) -> tuple[str, ...]:
-    """Return the options of a run that waits for nobody."""
+    """Return the options of a run without waiting times."""
     return "--clock", "lockstep", "--duration", duration
 
 
 @pytest.fixture
 def small_disk(tmp_path: Path) -> Iterator[Path]:
-    """Yield a file system of 200 kB; skip the test where none can be mounted."""
+    """Yield a file system of 200 kB; skip the test if it cannot be mounted."""
     folder = tmp_path / "small"
     folder.mkdir()
     options = ["-t", "tmpfs", "-o", "size=200k", "tmpfs"]
@@ -58,19 +58,19 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
 def test_a_full_disk_ends_the_recording_and_not_the_run(small_disk: Path) -> None:
     """All ticks run; the message names the reason, and what was written is readable."""
     file = small_disk / "run.rec"
-    code, said = ended(started("--record", file, *lockstep("3 s")))
+    code, output = ended(started("--record", file, *lockstep("3 s")))
     assert code == 3
-    assert "3000 ticks" in said
-    assert "No space left on device" in said
+    assert "3000 ticks" in output
+    assert "No space left on device" in output
     assert 10 < len(journal.read(file).rows) < 3000
 
 
 def test_a_folder_that_is_not_writable_is_told_before_the_run() -> None:
     """Not even root writes into /proc."""
-    code, said = ended(started("--record", "/proc/run.rec", *lockstep("10 ms")))
+    code, output = ended(started("--record", "/proc/run.rec", *lockstep("10 ms")))
     assert code == 2
-    assert "/proc/run.rec: cannot be written" in said
-    assert "ticks" not in said
+    assert "/proc/run.rec: cannot be written" in output
+    assert "ticks" not in output
 
 
 def test_a_folder_that_vanishes_does_not_end_the_run(tmp_path: Path) -> None:
@@ -82,10 +82,10 @@ def test_a_folder_that_vanishes_does_not_end_the_run(tmp_path: Path) -> None:
         time.sleep(0.05)
         assert process.poll() is None
     shutil.rmtree(folder)
-    code, said = ended(process)
+    code, output = ended(process)
     assert code == 3
-    assert "ticks" in said
-    assert "run.csv.rec: cannot be read: No such file or directory" in said
+    assert "ticks" in output
+    assert "run.csv.rec: cannot be read: No such file or directory" in output
 
 
 @pytest.mark.full(sibling="test_a_folder_that_is_not_writable_is_told_before_the_run")
@@ -93,9 +93,9 @@ def test_a_home_that_is_not_writable_only_costs_the_cache() -> None:
     """The model is compiled for this run alone."""
     nowhere = "/proc/nowhere"
     home = {"HOME": nowhere, "XDG_CACHE_HOME": nowhere}
-    code, said = ended(started(*lockstep("10 ms"), **home))
-    assert code == 0, said
-    assert "10 ticks" in said
+    code, output = ended(started(*lockstep("10 ms"), **home))
+    assert code == 0, output
+    assert "10 ticks" in output
 
 
 @pytest.mark.full(sibling="model/test_compiling.py::test_processes_that_start_at_once_compile_once")
@@ -105,8 +105,8 @@ def test_four_cold_starts_at_once(tmp_path: Path) -> None:
     for _ in range(2):
         crowd = [started(*lockstep("10 ms"), bus=f"virtual:{n}", **cache) for n in range(4)]
         for process in crowd:
-            code, said = ended(process)
-            assert code == 0, said
+            code, output = ended(process)
+            assert code == 0, output
 
 
 def test_two_emulators_on_one_port_are_one_message(tmp_path: Path) -> None:
@@ -125,7 +125,7 @@ def test_two_emulators_on_one_port_are_one_message(tmp_path: Path) -> None:
 
 
 def test_two_hundred_clients_and_a_slow_one_do_not_hold_the_loop() -> None:
-    """Of the remote control: connections that say little or nothing, then one that asks."""
+    """Idle connections to the remote control do not delay the answer to a request."""
     process = started("--control", "0", "--clock", "wall")
     assert process.stdout is not None
     port = int(next(li for li in process.stdout if li.startswith("control")).rpartition(":")[2])

@@ -63,7 +63,7 @@ def test_what_may_never_end_is_not_read(tmp_path: Path, ending: str) -> None:
 
 @pytest.mark.parametrize("ending", READERS)
 def test_a_file_larger_than_its_kind_needs_is_not_read(tmp_path: Path, ending: str) -> None:
-    """The message says the size, the limit and what to do; nothing of its content is looked at."""
+    """The message names size, limit and remedy; the content is not read."""
     file = tmp_path / f"large.{ending}"
     with file.open("wb") as out:
         out.truncate(9 * input_files.GIB)

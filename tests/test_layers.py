@@ -124,14 +124,14 @@ FORBIDDEN = {
 
 def imports(file: Path) -> set[str]:
     """Return the modules a file imports, with the names it takes from them."""
-    found: set[str] = set()
+    modules: set[str] = set()
     for node in ast.walk(ast.parse(file.read_text())):
         if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
+            modules |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{file}: relative import"
-            found |= {f"{node.module}.{alias.name}" for alias in node.names}
-    return found
+            modules |= {f"{node.module}.{alias.name}" for alias in node.names}
+    return modules
 
 
 def room_of(path: str) -> str:
@@ -145,8 +145,8 @@ def room_of(path: str) -> str:
 
 def files(room: str) -> list[Path]:
     """Return the files of a room, without those of rooms inside it."""
-    found = sorted((PACKAGE / room).rglob("*.py"))
-    return [f for f in found if room_of(str(f.relative_to(PACKAGE))) == room]
+    inside = sorted((PACKAGE / room).rglob("*.py"))
+    return [f for f in inside if room_of(str(f.relative_to(PACKAGE))) == room]
 
 
 def known(room: str) -> set[str]:
@@ -198,7 +198,7 @@ def test_the_model_knows_nothing_of_this_package() -> None:
 
 
 def test_every_room_has_a_rule() -> None:
-    """A new folder has to say what it may know; only the command line knows everything."""
+    """Every folder has a list of permitted imports; only the outermost folders have no limit."""
     for file in PACKAGE.rglob("*.py"):
         room = room_of(str(file.relative_to(PACKAGE)))
         assert not room or room in ROOMS or file.relative_to(PACKAGE).parts[0] in OUTERMOST, file
@@ -268,7 +268,7 @@ def test_only_the_bus_touches_python_can() -> None:
 
 
 def test_a_class_name_means_one_thing() -> None:
-    """Two rooms that call different things by one name mislead whoever reads both."""
+    """A class name exists once in the package."""
     homes: dict[str, list[str]] = {}
     for file in PACKAGE.rglob("*.py"):
         for node in ast.parse(file.read_text()).body:

@@ -26,9 +26,8 @@ def parameters(function: ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda) ->
 def test_no_function_takes_more_than_a_reader_can_hold(room: str) -> None:
     """At most eight parameters: a call of many confuses one with its neighbour of the same type.
 
-    No type checker notices when two arrays, or two lengths, change places. What a longer list has
-    in common has a name: a named tuple (machine code takes it, too) or a dataclass says it once,
-    with unit and shape, and the parts are passed by that name.
+    A type checker does not notice two exchanged arrays or lengths. Longer lists of arguments become
+    a named tuple (for machine code) or a dataclass, with unit and shape of each part.
     """
     files = (PACKAGE / room).rglob("*.py") if (PACKAGE / room).is_dir() else [PACKAGE / room]
     for file in files:

@@ -1,4 +1,4 @@
-"""The reference pages say what the declarations say."""
+"""The reference pages agree with the declarations."""
 
 import re
 from pathlib import Path

@@ -100,7 +100,7 @@ def port(tmp_path_factory: pytest.TempPathFactory) -> Iterator[int]:
 def test_the_connecting_client_works(
     page: str, port: int, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The Python lines connect to a running emulator, move it and print what it says."""
+    """The Python lines connect to a running emulator, move it and print its values."""
     code = block(page, "python", "import canopen").replace('"hyd', f'"{ROOT}/eds/hyd')
     exec(code.replace("29536", str(port)), {})
     *name, values = capsys.readouterr().out.splitlines()

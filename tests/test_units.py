@@ -133,9 +133,9 @@ def is_number(text: str) -> bool:
     return True
 
 
-def test_a_usual_unit_is_what_the_registry_of_units_says() -> None:
+def test_a_usual_unit_agrees_with_the_registry_of_units() -> None:
     """Factors in the table are those of an independent registry, to its last digits."""
     for unit, factors in units._FACTORS.items():
-        for written, known in factors.items():
+        for written, in_si in factors.items():
             expected = INDEPENDENT.Quantity(1.0, written).to(unit).magnitude
-            assert known == pytest.approx(expected, rel=1e-15), written
+            assert in_si == pytest.approx(expected, rel=1e-15), written

@@ -41,7 +41,7 @@ OUTPUTS = (RESULT, LAYER, EFFECT_FILE, PAGE, TRACES)
 MEASURED = ("agrees", "disagrees")
 """Verdicts of `gap`, which does not search."""
 
-_NOTHING_SAID = Meaning()
+_NO_STATEMENTS = Meaning()
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ def gap(
 
 def identify(
     actuator: ActuatorModel, *logs: "Log", validate: Sequence["Log"] = (), only: Sequence[str] = (),
-    exclude: Sequence[str] = (), jobs: int = 1, tell: Callable[[str], None] = lambda _: None,
+    exclude: Sequence[str] = (), jobs: int = 1, report: Callable[[str], None] = lambda _: None,
     set_points: SetPoints = "unknown",
 ) -> Identification:  # fmt: skip
     """Name the physical effects that logs show and the configuration lacks.
@@ -159,7 +159,7 @@ def identify(
         only: effects that may be named; by default all.
         exclude: effects that may not be named.
         jobs: threads.
-        tell: takes progress in words, such as `print`.
+        report: receives progress as text; `print`, for instance.
         set_points: see `gap`.
 
     Raises:
@@ -167,7 +167,7 @@ def identify(
 
     """
     question = Question(only, exclude, set_points=set_points)
-    return examined(actuator, logs, validate, question, tell, jobs)
+    return examined(actuator, logs, validate, question, report, jobs)
 
 
 def findings(result: Result, configs: Sequence[Path]) -> dict[str, str]:
@@ -186,8 +186,8 @@ def today() -> str:
 
 def examined(
     actuator: ActuatorModel, logs: Sequence["Log"], validate: Sequence["Log"], question: Question,
-    tell: Callable[[str], None] = lambda _: None, jobs: int = 1, meaning: Meaning = _NOTHING_SAID,
-    cluster: str = "",
+    report: Callable[[str], None] = lambda _: None, jobs: int = 1,
+    meaning: Meaning = _NO_STATEMENTS, cluster: str = "",
 ) -> Identification:  # fmt: skip
     """Compare logs with an actuator; see `gap`, `identify` and `session.identify`.
 
@@ -196,7 +196,7 @@ def examined(
         logs: files or tables.
         validate: held-out logs, which are not used for the fit.
         question: task of the search.
-        tell: takes progress in words.
+        report: receives progress as text.
         jobs: threads.
         meaning: statements about the files.
         cluster: address of a Dask scheduler, which replaces threads.
@@ -210,7 +210,7 @@ def examined(
     config = built_in(actuator.config)
     learn, check = (_experiments(some, config, meaning) for some in (logs, validate))
     result = session.identify(
-        config, learn, check, question, tell, cache_folder(), jobs, cluster
+        config, learn, check, question, report, cache_folder(), jobs, cluster
     )  # fmt: skip
     return Identification(actuator, result)
 

@@ -21,7 +21,7 @@ SEQUENCES, SEQUENCE_BITS = 128, 11
 
 NS_PER_S = 1_000_000_000
 WINDOW_NS = NS_PER_S
-"""Time over which the load is told."""
+"""Time over which the bus load is averaged."""
 
 
 class Passed(NamedTuple):

@@ -15,8 +15,8 @@ def faults() -> None:
     rows = [(k.layer.value, k.name, k.meaning, _params(k), ", ".join(k.targets)) for k in KINDS]
     click.echo(text_table(("layer", "kind", "meaning", "parameters", "targets"), rows))
     click.echo(
-        "\nA value stands for what is not said; that of a sensor's fault is a part of the channel's"
-        " span.\nEvery fault also takes start, duration, ramp (times), probability, seed,"
+        "\nThe values are defaults; those of a sensor's fault are shares of the channel's span."
+        "\nEvery fault also takes start, duration, ramp (times), probability, seed,"
         " condition.\nA message is nmt, sync, emcy, sdo, heartbeat, rpdo1 ... tpdo4, or a COB-ID"
         " such as 0x185."
         "\nAn object is 0x7130:1, that of one node node7.0x7130:1."

@@ -38,12 +38,12 @@ UNANSWERED = ("cannot_examine", "cannot_tell")
 NO_ANSWER = 3
 """Exit code of verdicts without an answer; with an answer it is 0."""
 
-_NOTHING_SAID = Meaning()
+_NO_STATEMENTS = Meaning()
 
 
 def identify(
     files: Sequence[Path], validate: Sequence[Path], question: Question, out: Path | None,
-    jobs: int, meaning: Meaning = _NOTHING_SAID, cluster: str = "", *, overwrite: bool = False,
+    jobs: int, meaning: Meaning = _NO_STATEMENTS, cluster: str = "", *, overwrite: bool = False,
 ) -> None:  # fmt: skip
     """Compare configurations (.toml) with recordings.
 
@@ -73,11 +73,11 @@ def identify(
     tune_allocator()
     actuator = ActuatorModel(", ".join(f.name for f in configs), load(configs))
     with waiting("identify" if question.search else "gap", [*files, *validate]) as progress:
-        found = examined(
+        identification = examined(
             actuator, recordings, validate, question, lambda text: progress.report(f"  {text}"),
             jobs, meaning, cluster,
         )  # fmt: skip
-    result = found.result
+    result = identification.result
     if actuator.config.bench.kind != "actuator":
         click.echo(f"bench     {actuator.config.bench}")
     click.echo(summary(result))
@@ -85,7 +85,7 @@ def identify(
         texts = {out / name: text for name, text in findings(result, configs).items()}
         write_texts(texts, overwrite=overwrite)
         click.echo(f"\nwritten   {near(out / RESULT)}, {LAYER}")
-        _illustrate(found, out / PAGE, overwrite=overwrite)
+        _illustrate(identification, out / PAGE, overwrite=overwrite)
         _keep_traces(result, out / TRACES, overwrite=overwrite)
     if result.interrupted:
         raise SystemExit(INTERRUPTED)

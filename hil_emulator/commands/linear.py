@@ -90,7 +90,7 @@ def _text(forms: LinearModel) -> str:
         lines += [f"  {_root(p)}{_assumed(forms, name, i)}" for i, p in enumerate(poles)]
         for output, response in responses.items():
             zeros = ", ".join(_root(z) for z in one_of_each_pair(response.zeros))
-            lines.append(f"{name}: zeros of {output}/u [rad/s]: {zeros or 'none'}")
+            lines.append(f"{name}: zeros of {output}/u [rad/s]: {zeros or 'no zeros'}")
     lines.append(
         "\nS1 and complete have viscous friction only; exact has every effect that is on, but for "
         "what is left out below. At rest dry friction is a stiff damper in it."

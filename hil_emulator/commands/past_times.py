@@ -65,7 +65,7 @@ def remember(name: str, work: float, compiling: float) -> None:
 
 
 def _all() -> dict[str, list[float | None]]:
-    """Return the stored durations; none if the file is missing or damaged."""
+    """Return the stored durations; an empty dictionary if the file is missing or damaged."""
     try:
         stored = input_files.read_json(cache_folder() / NAME, input_files.PARAMETERS)
         return {

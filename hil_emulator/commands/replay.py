@@ -93,7 +93,7 @@ class Repetition:
 
 
 def replay(file: Path, files: Sequence[Path]) -> bool:
-    """Replay a recording, print the differences, and return whether there are none.
+    """Replay a recording, print the differences, and return whether both are equal.
 
     Args:
         file: a journal, or a log of frames in a format of `bus.frame_log`.
@@ -162,15 +162,15 @@ def _deviations(recording: Recording, repeated: Recording) -> dict[str, float]:
     with np.errstate(invalid="ignore"):
         difference = np.where((then == now) | np.isnan(then) & np.isnan(now), 0.0, then - now)
     largest = np.nan_to_num(np.abs(difference), nan=np.inf).max(axis=0)
-    found = zip(recording.units, largest.tolist(), strict=True)
-    return {name: value for name, value in found if value > 0.0}
+    deviations = zip(recording.units, largest.tolist(), strict=True)
+    return {name: value for name, value in deviations if value > 0.0}
 
 
 def _source(file: Path, files: Sequence[Path]) -> tuple[Recording, Configuration]:
     """Return a recording and the configuration to repeat it with."""
     if file.suffix in log_endings.SUFFIXES:
         if not files:
-            raise UserError(f"{file}: a log does not say what was emulated; name the CONFIG too")
+            raise UserError(f"{file}: a log does not contain the configuration; add CONFIG")
         config = load_rig(files)
         frames = list(frame_log.read(file, config.tick_ns))
         if file.suffix == ".log" and frames and not any(sent for _, sent, _ in frames):

@@ -13,6 +13,7 @@ from hil_emulator.model.stages import (
     dry_friction,
     dry_friction_acts,
     friction,
+    friction_direction,
     friction_scale,
     inertia,
     load,
@@ -66,10 +67,11 @@ def friction_force(x: Any, dx: Any, par: Any, held: Any, y: Any, per_mass: float
     v = x.velocity
     level = dry_friction(par, x, dx, v, x.position, y.pressure_a, y.pressure_b)
     width = max(par.friction_transition_velocity, level * (per_mass / FASTEST_SLIP))
+    way = max(par.friction_presliding_distance, max(abs(v), width) / FASTEST_SLIP)
     direction = direction_of(x.seal_bend + v * (1.0 / width))
+    direction = friction_direction(par, x, dx, direction, v, way)
     scale = friction_scale(par, x, dx, 1.0, direction, v, x.position)
     if dry_friction_acts(par):
-        way = max(par.friction_presliding_distance, max(abs(v), width) / FASTEST_SLIP)
         onwards = x.seal_bend if v > 0.0 else -x.seal_bend
         dx.seal_bend = v / way * min(1.0, SLIDING_BEND - onwards)
     smooth = friction(par, x, dx, v, x.position, held.viscosity, scale)

@@ -261,6 +261,10 @@ dry_friction = Stage(
     balances=(PISTON,),
 )  # fmt: skip
 dry_friction_acts = Acts(dry_friction)
+friction_direction = Stage(
+    "friction_direction", "friction", ("direction", "velocity", "way"),
+    "direction of dry friction, -1 to 1", "1", "chain", balances=(PISTON,),
+)  # fmt: skip
 friction_scale = Stage(
     "friction_scale", "friction", ("scale", "direction", "velocity", "position"),
     "factor on the friction force", "1", "chain", balances=(PISTON,),
@@ -330,8 +334,8 @@ CONTINUOUS = (
     edge_sb, edge_bt, metering, edge_law, line_a, line_b, line_flow_a, line_flow_b,
     cylinder_line_rates, holding, holding_rates, cross_relief, port_relief, vapour, oil, heat,
     cross_leakage, outward_leakage, port_area, cushion_a, cushion_b, cushion_flow_a, cushion_flow_b,
-    cushion_rates, friction, dry_friction, friction_scale, stop, inertia, coupling, play, load,
-    load_inertia, joint_angle, joint_lever, joint_lever_slope, joint_inertia, joint_mass_moment,
+    cushion_rates, friction, dry_friction, friction_direction, friction_scale, stop, inertia,
+    coupling, play, load, load_inertia, joint_angle, joint_lever, joint_lever_slope, joint_inertia, joint_mass_moment,
     joint_carries,
 )  # fmt: skip
 TICKED = (set_point, late_set_point, early_set_point, arrival)

@@ -47,17 +47,17 @@ def png(figure: "Figure", dpi: float) -> bytes:
 
 
 def check_format(file: Path) -> None:
-    """Refuse a file whose ending is that of no format of a picture.
+    """Refuse a file without the ending of a picture format.
 
     Raises:
-        UserError: names the endings that there are.
+        UserError: with the possible endings.
 
     """
     from matplotlib.backend_bases import FigureCanvasBase
 
-    known = sorted(FigureCanvasBase.filetypes)
-    if file.suffix[1:].lower() not in known:
-        endings = ", ".join(f".{ending}" for ending in known)
+    formats = sorted(FigureCanvasBase.filetypes)
+    if file.suffix[1:].lower() not in formats:
+        endings = ", ".join(f".{ending}" for ending in formats)
         raise UserError(f"{file}: no format of a picture has this ending; take one of {endings}")
 
 

@@ -30,8 +30,8 @@ class Strips:
         """Show signals live from now on.
 
         Args:
-            columns: indices of the signals; none to pause.
-            span: time that is shown [s].
+            columns: indices of the signals; empty to pause.
+            span: displayed time [s].
             pixels: width of the strips.
             generation: number of the request, repeated in every message.
 

@@ -94,12 +94,12 @@ class WebServer:
         return _answer(HTTPStatus.OK, page, mimetypes.guess_type(name)[0] or "text/plain")
 
     def _is_local(self, headers: Headers) -> bool:
-        """Tell whether a request is for this very server, and from no other page than its own."""
-        own = {f"{name}:{self.port}" for name in (HOST, "localhost")}
+        """Return whether a request is addressed to this server, and not sent by a foreign page."""
+        addresses = {f"{name}:{self.port}" for name in (HOST, "localhost")}
         hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
         return (
-            len(hosts) == 1 and hosts[0] in own
-            and all(origin in {f"http://{name}" for name in own} for origin in origins)
+            len(hosts) == 1 and hosts[0] in addresses
+            and all(origin in {f"http://{name}" for name in addresses} for origin in origins)
         )  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from hil_emulator.partners.database import limits
 from hil_emulator.partners.protection import Protection
 
 OK, TIMEOUT, WRONG_CHECKSUM = "ok", "timeout", "checksum"
-"""States of a command: in force, none in time, the last one was damaged."""
+"""States of a command: in force, timed out, last message damaged."""
 
 
 @dataclass(frozen=True)

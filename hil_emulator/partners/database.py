@@ -33,21 +33,21 @@ def message_of(database: Database, file: Path, name: str) -> Message:
     """Return a message by its name.
 
     Raises:
-        UserError: there is none; the message lists those that there are.
+        UserError: for an unknown name; the message lists the existing ones.
 
     """
     for message in database.messages:
         if message.name == name:
             return message
     names = ", ".join(message.name for message in database.messages)
-    raise UserError(f"{file} has no message {name!r}; there are {names or 'none'}")
+    raise UserError(f"{file} has no message {name!r}; there are {names or 'no messages'}")
 
 
 def signal_of(message: Message, file: Path, name: str) -> Signal:
     """Return a signal of a message by its name.
 
     Raises:
-        UserError: there is none; the message lists those that there are.
+        UserError: for an unknown name; the message lists the existing ones.
 
     """
     for signal in message.signals:
@@ -83,7 +83,7 @@ def raw(signal: Signal, physical: float | str) -> int | float:
 
 
 def limits(signal: Signal) -> tuple[float, float]:
-    """Return the lowest and highest physical value; [0|0] in a DBC states none."""
+    """Return the lowest and highest physical value; [0|0] in a DBC means no limits."""
     low = -math.inf if signal.minimum is None else float(signal.minimum)
     high = math.inf if signal.maximum is None else float(signal.maximum)
     return (low, high) if low < high else (-math.inf, math.inf)

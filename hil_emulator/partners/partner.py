@@ -78,10 +78,10 @@ class Partner:
         """Return the frames that carry a message."""
         return [Frame(sent.message.frame_id, data, False, sent.message.is_extended_frame)]
 
-    # -- as of `Node`: what a bus with modelled timing reports; a DBC has no object for it -----
+    # -- events of a bus with modelled timing, as for `Node`; a DBC has no objects for them -----
 
     def bus_off(self) -> None:
-        """Go on: nothing says what else to do."""
+        """Do nothing: a DBC defines no reaction."""
 
     def raise_error(self, key: Hashable, code: int, bit: int) -> None:
         """Report nothing: emergencies are CANopen's."""

@@ -20,11 +20,11 @@ class SentMessage:
 
     Args:
         message: of the DBC.
-        sources: what its signals show; the others have their initial values.
-        period_ns: between two transmissions; 0 for none by time.
-        on_change: whether other data are sent at once.
-        counter: signal that counts the transmissions, None without one.
-        protection: how it is protected, None if it is not.
+        sources: values of its signals; the others have their initial values.
+        period_ns: between two transmissions; 0 without cyclic transmission.
+        on_change: whether changed data are sent at once.
+        counter: signal that counts the transmissions, or None.
+        protection: of the message, or None.
 
     """
 

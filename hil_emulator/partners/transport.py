@@ -121,7 +121,7 @@ class Transport:
         return coming.group, coming.data[: coming.size]
 
     def _answered(self, now_ns: int, data: bytes, group: int) -> None:
-        """Obey what the receiver of a connection says."""
+        """Process a flow control message of the receiver of a connection."""
         if not self._waiting or self._waiting[0].group != group:
             return
         item = self._waiting[0]

@@ -39,7 +39,7 @@ def json_object(data: bytes | str) -> dict[str, Any]:
     """Return the JSON object of a message.
 
     Raises:
-        UserError: says what else it is.
+        UserError: if the data are not a JSON object.
 
     """
     try:
@@ -60,11 +60,11 @@ def parsed(content: Mapping[str, Any], offered: Requests) -> Request:
         UserError: for one that is not offered, and for the first argument that breaks a limit.
 
     """
-    known = {verb.verb(): verb for verb in offered}
+    verbs = {verb.verb(): verb for verb in offered}
     do = content.get("do")
-    if not isinstance(do, str) or do not in known:
-        raise UserError(f"cannot do {brief(do)}; there are {', '.join(known)}")
-    return checked(known[do], content)
+    if not isinstance(do, str) or do not in verbs:
+        raise UserError(f"cannot do {brief(do)}; there are {', '.join(verbs)}")
+    return checked(verbs[do], content)
 
 
 def checked(verb: type[Request], fields: Mapping[str, Any]) -> Request:

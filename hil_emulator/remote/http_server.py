@@ -49,7 +49,8 @@ class Handler(BaseHTTPRequestHandler):
     line: LoopLine
     server_version = "hil-emulator"
     sys_version = ""
-    default_request_version = "HTTP/1.0"  # of an answer to a line that tells none: with its head
+    # for a request line without a version: the answer then has a header
+    default_request_version = "HTTP/1.0"
     timeout = _IDLE_S
 
     def do_GET(self) -> None:

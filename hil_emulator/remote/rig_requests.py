@@ -76,9 +76,9 @@ def rig_requests(
     """Return the handlers of `protocol.offered.OF_RIG`.
 
     Args:
-        bus: whose frames the status counts; none without one.
-        timing: whose ticks it counts; none without one.
-        supervisor: whose failures it lists; those of an FMU alone without one.
+        bus: whose frames the status counts, or None.
+        timing: whose ticks the status counts, or None.
+        supervisor: whose failures the status lists; None for those of an FMU only.
 
     """
     return {

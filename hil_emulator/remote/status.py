@@ -29,11 +29,11 @@ def status_fields(plain: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _fault(
-    now_ns: int, number: int, target: str, kind: str, said: Mapping[str, Any],
+    now_ns: int, number: int, target: str, kind: str, parameters: Mapping[str, Any],
     began_ns: int | None, duration_ns: int | None,
 ) -> dict[str, Any]:  # fmt: skip
     left = None
     if duration_ns is not None:
         left = (duration_ns if began_ns is None else began_ns + duration_ns - now_ns) * 1e-9
-    words = fault_words(target, kind, said)[:LONGEST_WORDS]
+    words = fault_words(target, kind, parameters)[:LONGEST_WORDS]
     return {"number": number, "fault": words, "began": began_ns is not None, "left": left}

@@ -43,20 +43,20 @@ def unit_of(name: str) -> str:
     """Return the SI unit of a signal.
 
     Raises:
-        UserError: lists the signals that there are.
+        UserError: for an unknown signal; the message proposes others.
 
     """
-    known = columns()
-    if name not in known:
-        raise UserError(f"no signal '{brief(name)}'{did_you_mean(name, known)}")
-    return known[name]
+    units = columns()
+    if name not in units:
+        raise UserError(f"no signal '{brief(name)}'{did_you_mean(name, units)}")
+    return units[name]
 
 
 def parse(text: str) -> Condition:
     """Read a condition: `SIGNAL > VALUE`, several joined by `and`.
 
     Raises:
-        UserError: says which part cannot be read, and why.
+        UserError: for a part that cannot be read, with the reason.
 
     """
     if len(text) > LONGEST:

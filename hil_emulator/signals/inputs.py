@@ -55,22 +55,22 @@ SET_POINTS = {
         ),
     )
 }
-"""What a controller can be told to hold, one at a time."""
+"""Set points of a controller; one of them is active at a time."""
 
 
-def setting(name: str, value: object, known: Mapping[str, Param] = SETTINGS) -> float:
+def setting(name: str, value: object, settings: Mapping[str, Param] = SETTINGS) -> float:
     """Return the value of a setting in SI.
 
     Args:
         name: of the setting.
         value: a quantity as the user writes it.
-        known: the settings that there are.
+        settings: declarations of the settings, by name.
 
     Raises:
         UserError: for an unknown setting, a wrong unit or a value out of bounds.
 
     """
-    param = _known(name, known)
+    param = _param(name, settings)
     try:
         number = to_si(value, param.unit, difference=param.difference)
     except ValueError as error:
@@ -85,7 +85,7 @@ def checked(name: str, value: float) -> float:
         UserError: for an unknown setting, no number, or a value out of bounds.
 
     """
-    param = _known(name, SETTINGS)
+    param = _param(name, SETTINGS)
     try:
         number = float(value)
     except (TypeError, ValueError, OverflowError):
@@ -93,10 +93,10 @@ def checked(name: str, value: float) -> float:
     return _within(param, number, f"{number:g} {param.unit}")
 
 
-def _known(name: str, known: Mapping[str, Param]) -> Param:
-    if name not in known:
-        raise UserError(f"no setting '{brief(name)}'{did_you_mean(name, known)}")
-    return known[name]
+def _param(name: str, settings: Mapping[str, Param]) -> Param:
+    if name not in settings:
+        raise UserError(f"no setting '{brief(name)}'{did_you_mean(name, settings)}")
+    return settings[name]
 
 
 def _within(param: Param, number: float, written: str) -> float:

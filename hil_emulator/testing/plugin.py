@@ -73,8 +73,8 @@ def _found(request: pytest.FixtureRequest, name: str) -> Path:
         return packaged(*CONFIGURATIONS).get(name) or shipped(name)
     except UserError:
         raise UserError(
-            f"@pytest.mark.{_MARK}: {name}: no such file next to the test or in "
-            f"{request.config.rootpath}, and none of the package; see `hil-emulator configs`"
+            f"@pytest.mark.{_MARK}: {name}: no such file next to the test, in "
+            f"{request.config.rootpath} or in the package; see `hil-emulator configs`"
         ) from None
 
 

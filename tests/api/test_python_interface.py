@@ -31,16 +31,16 @@ def knee() -> hil.Actuator:
 def test_the_names_are_few_and_cost_nothing_until_they_are_used() -> None:
     """An import alone brings neither numpy nor numba nor pandas; the stub has the same names."""
     code = "import sys, hil_emulator as hil; print(*sys.modules); print(*hil.__all__)"
-    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    loaded, names = (line.split() for line in said.stdout.splitlines())
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded, names = (line.split() for line in done.stdout.splitlines())
     assert not {"numpy", "numba", "pandas", "can", "pydantic"} & set(loaded)
     assert len(names) <= 25
     stub = Path(hil.__file__).with_suffix(".pyi").read_text()
     assert all(f'"{name}"' in stub and getattr(hil, name) for name in names)
 
 
-def test_a_function_beside_a_room_of_its_name_can_be_called() -> None:
-    """`identify` and `machines` are both: a room that was imported is called like the function."""
+def test_a_function_with_the_name_of_a_subpackage_can_be_called() -> None:
+    """`identify` and `machines` are callable after the subpackages were imported, too."""
     code = """
 import hil_emulator.identify.session as session
 import hil_emulator.machines.sizing
@@ -52,12 +52,12 @@ try:
 except hil.UserError as error:
     print(error)
 """
-    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert "at least one log" in said.stdout
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "at least one log" in done.stdout
 
 
 def test_the_rod_moves_as_fast_as_the_orifice_equation_says(knee: hil.Actuator) -> None:
-    """Its speed at 0.5 mA, seen by its sensor, is that of the data sheets alone, within 0.5 %.
+    """Its speed at 0.5 mA, by its sensor, is that of the data sheets alone, within 0.5 %.
 
     q = K_v i sqrt(drop) at each edge, K_v from 7.5 l/min at 10 mA and 35 bar; q_b = alpha q_a;
     A (p_a - alpha p_b) = 1500 N s/m v + 100 N. The closed form's edges have no clearance.
@@ -69,14 +69,14 @@ def test_the_rod_moves_as_fast_as_the_orifice_equation_says(knee: hil.Actuator) 
         pressure_b = 1e5 + (alpha * area * speed / opening) ** 2
         return area * (pressure_a - alpha * pressure_b) - 1500.0 * speed - 100.0
 
-    seen = knee.with_effect("land_leakage", "0 A").simulate("0.5 mA", "400 ms").loc[0.15:]
-    speed = np.polyfit(seen.index, seen["position"], 1)[0]
+    table = knee.with_effect("land_leakage", "0 A").simulate("0.5 mA", "400 ms").loc[0.15:]
+    speed = np.polyfit(table.index, table["position"], 1)[0]
     assert speed == pytest.approx(brentq(unbalanced, 0.0, 1.0), rel=5e-3)
 
 
 @pytest.mark.slow
 def test_a_small_step_is_what_the_linear_model_says(knee: hil.Actuator) -> None:
-    """What 10 uA more do to the rod at rest is what the exact linear model says, within 3 %.
+    """The response to a step of 10 uA at rest agrees with the exact linear model within 3 %.
 
     Without dry friction, which is not linear in so small a motion, and after a settling time.
     """
@@ -90,20 +90,20 @@ def test_a_small_step_is_what_the_linear_model_says(knee: hil.Actuator) -> None:
     system = (exact.a, exact.b[:, [column]], exact.c[[row]], exact.d[[row]][:, [column]])
     time = np.linspace(0.0, 0.1, 1001)
     _, linear, _ = lsim(system, np.full(len(time), more), time)
-    wanted = linear[10 : 10 * len(velocity) + 1 : 10]  # a row tells the end of its tick
+    wanted = linear[10 : 10 * len(velocity) + 1 : 10]  # a row holds the end of its tick
     assert np.max(np.abs(velocity - wanted)) < 0.03 * np.max(np.abs(wanted))
 
 
 @pytest.mark.slow
 def test_inputs_follow_quantities_arrays_and_functions(knee: hil.Actuator) -> None:
-    """Three ways to say the same current give the same table, and its units are stated."""
-    said = knee.simulate("1 mA", "20 ms")
-    assert said.equals(knee.simulate(np.full(20, 1e-3)))
-    assert said.equals(knee.simulate(lambda time: 1e-3, 0.02))
-    assert said.attrs["units"]["pressure_a"] == "Pa"
+    """Three ways to state the same current give the same table, which states its units."""
+    table = knee.simulate("1 mA", "20 ms")
+    assert table.equals(knee.simulate(np.full(20, 1e-3)))
+    assert table.equals(knee.simulate(lambda time: 1e-3, 0.02))
+    assert table.attrs["units"]["pressure_a"] == "Pa"
     pushed = knee.simulate("1 mA", "20 ms", external_force="2 kN")
-    assert pushed["model.position"].iloc[-1] < said["model.position"].iloc[-1]
-    assert hil.to_xarray(said)["position"].attrs["units"] == "m"
+    assert pushed["model.position"].iloc[-1] < table["model.position"].iloc[-1]
+    assert hil.to_xarray(table)["position"].attrs["units"] == "m"
 
 
 @pytest.mark.slow
@@ -118,7 +118,7 @@ def test_an_effect_changes_another_actuator(knee: hil.Actuator) -> None:
 
 
 @pytest.mark.parametrize(
-    ("call", "told"),
+    ("call", "remedy"),
     [
         (lambda k: k.with_effect("internal_leak"), "did you mean 'internal_leakage'?"),
         (lambda k: k.with_effect("offset", "1 bar"), "name its channel"),
@@ -135,11 +135,11 @@ def test_an_effect_changes_another_actuator(knee: hil.Actuator) -> None:
         (lambda k: hil.gap(k), "at least one log"),
     ],
 )  # fmt: skip
-def test_a_mistake_is_named_with_its_remedy(knee: hil.Actuator, call: object, told: str) -> None:
+def test_a_mistake_is_named_with_its_remedy(knee: hil.Actuator, call: object, remedy: str) -> None:
     """Every mistake is one `UserError` in words."""
     with pytest.raises(hil.UserError) as error:
         call(knee)  # type: ignore[operator]
-    assert told in str(error.value)
+    assert remedy in str(error.value)
 
 
 def test_a_rig_in_lock_step_obeys_the_controller_of_its_loop(
@@ -179,12 +179,12 @@ def test_a_table_with_units_is_as_good_as_its_file(tmp_path: Path) -> None:
     bare = pd.DataFrame({f"{n} [{there[n]}]": table[n] for n in ("position", "pressure_a",
                                                                  "load_force")})  # fmt: skip
     machine = hil.load("friction_rig")
-    found = [hil.gap(machine, source) for source in (log, table, bare)]
-    assert found[0].verdict == "disagrees"
-    assert [f.result.gap for f in found] == [found[0].result.gap] * 3
-    assert found[0].plot().png.startswith(b"\x89PNG")
-    assert "disagrees" in found[0]._repr_html_()
-    found[0].save(tmp_path)
+    results = [hil.gap(machine, source) for source in (log, table, bare)]
+    assert results[0].verdict == "disagrees"
+    assert [f.result.gap for f in results] == [results[0].result.gap] * 3
+    assert results[0].plot().png.startswith(b"\x89PNG")
+    assert "disagrees" in results[0]._repr_html_()
+    results[0].save(tmp_path)
     assert (tmp_path / "result.json").is_file()
 
 

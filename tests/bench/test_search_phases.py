@@ -1,4 +1,4 @@
-"""What the profiler tells of a search."""
+"""Run times of a search from the profiler."""
 
 import cProfile
 from pathlib import Path

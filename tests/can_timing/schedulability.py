@@ -46,7 +46,7 @@ def response_times(
         blocking_ns: of a frame that has just begun; the longest of lower priority without.
 
     """
-    found = []
+    responses = []
     for m, (own_ns, message) in enumerate(zip(transmission_ns, messages, strict=True)):
         lower = max(transmission_ns[m + 1 :], default=0)
         blocked_ns = lower if blocking_ns is None else blocking_ns
@@ -74,5 +74,5 @@ def response_times(
                     break
                 waited = longer
             worst = max(worst, message.jitter_ns + waited - q * message.period_ns + own_ns)
-        found.append(worst)
-    return found
+        responses.append(worst)
+    return responses

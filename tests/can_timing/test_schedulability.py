@@ -63,12 +63,12 @@ def simulate(
         wire.queue(at, controllers[n], [frames[n]])
         queued[frames[n].can_id].append(at)
     passed, _ = wire.advance(until_ns + 100 * MS)
-    found: defaultdict[int, list[int]] = defaultdict(list)
+    responses: defaultdict[int, list[int]] = defaultdict(list)
     for done_ns, _, frame in passed:
         if frame.can_id in queued:
             began = queued[frame.can_id].pop(0)
-            found[frame.can_id].append(done_ns + INTERMISSION_NS - began)
-    return found
+            responses[frame.can_id].append(done_ns + INTERMISSION_NS - began)
+    return responses
 
 
 def transmissions(messages: list[Message], bits: Length) -> list[int]:
@@ -80,8 +80,8 @@ def test_the_analysis_is_that_of_the_papers() -> None:
     """Printed figures: 2, 3 and 3.5 ms of Davis et al., the table of the SAE benchmark."""
     assert response_times(transmissions(DAVIS, davis), DAVIS) == [2 * MS, 3 * MS, 7 * MS // 2]
     longest = tindell(Frame(0, bytes(8))) * BIT_NS
-    found = response_times(transmissions(SAE, tindell), SAE, longest)
-    from_queueing = [(r - m.jitter_ns) / MS for r, m in zip(found, SAE, strict=True)]
+    responses = response_times(transmissions(SAE, tindell), SAE, longest)
+    from_queueing = [(r - m.jitter_ns) / MS for r, m in zip(responses, SAE, strict=True)]
     assert from_queueing[: len(SAE_RESPONSE_MS)] == pytest.approx(SAE_RESPONSE_MS, abs=1e-9)
 
 
@@ -89,9 +89,9 @@ def test_the_second_instance_is_the_late_one() -> None:
     """The lowest of three messages takes 3 ms first and 3.5 ms then, and misses its deadline."""
     wire = TimedWire(BIT_RATE, without_intermission(davis))
     # the busy period of the lowest priority begins with all three at once
-    found = simulate(wire, DAVIS, frames_of(DAVIS), [0, 0, 0], 7 * MS)
-    assert found[0x102] == [3 * MS, 7 * MS // 2]
-    assert found[0x100][0] == 1 * MS
+    responses = simulate(wire, DAVIS, frames_of(DAVIS), [0, 0, 0], 7 * MS)
+    assert responses[0x102] == [3 * MS, 7 * MS // 2]
+    assert responses[0x100][0] == 1 * MS
 
 
 def test_the_critical_instant_attains_the_bound() -> None:
@@ -100,9 +100,9 @@ def test_the_critical_instant_attains_the_bound() -> None:
     wire = TimedWire(BIT_RATE, without_intermission(tindell))
     blocking = Frame(0x7FF, bytes(8))
     wire.queue(0, wire.attach(), [blocking])
-    found = simulate(wire, still, frames_of(SAE), [1] * len(SAE), 100 * MS)
+    responses = simulate(wire, still, frames_of(SAE), [1] * len(SAE), 100 * MS)
     bounds = response_times(transmissions(SAE, tindell), still, tindell(blocking) * BIT_NS)
-    first = [found[0x100 + n][0] for n in range(len(SAE))]
+    first = [responses[0x100 + n][0] for n in range(len(SAE))]
     assert first == [bound - 1 for bound in bounds]
 
 
@@ -115,11 +115,11 @@ def test_no_message_is_later_than_the_analysis_says(seed: int) -> None:
     actual = [(length(f) + INTERMISSION_BITS) * BIT_NS for f in frames]
     assert all(a <= davis(f) * BIT_NS for a, f in zip(actual, frames, strict=True))
     offsets = [chance.randrange(m.period_ns) for m in SAE]
-    found = simulate(TimedWire(BIT_RATE), still, frames, offsets, 3000 * MS)
+    responses = simulate(TimedWire(BIT_RATE), still, frames, offsets, 3000 * MS)
     bounds = response_times(actual, still)
     for n, bound in enumerate(bounds):
-        assert len(found[0x100 + n]) >= 2
-        assert actual[n] <= max(found[0x100 + n]) <= bound
+        assert len(responses[0x100 + n]) >= 2
+        assert actual[n] <= max(responses[0x100 + n]) <= bound
 
 
 def test_the_load_is_that_of_the_periods() -> None:

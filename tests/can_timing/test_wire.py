@@ -67,13 +67,13 @@ def test_a_remote_frame_has_a_length_code_and_no_data(can_id: int, size: int) ->
 @settings(deadline=None)
 @given(frames)
 def test_stuff_bits_are_those_of_the_standard(frame: Frame) -> None:
-    """Never six equal bits; as many as bit by bit; the field has 34 or 54 bits beside the data."""
+    """Never six equal bits; as many as bit by bit; 34 or 54 bits in addition to the data."""
     bits, count = stuffed_field(frame)
     sent = on_the_wire(bits, count)
     assert count == (54 if frame.extended else 34) + 8 * len(frame.data) * (not frame.remote)
     assert stuff_bits(bits, count) == len(sent) - count
     assert all(len(set(sent[n : n + 6])) == 2 for n in range(len(sent) - 5))
-    assert crc(bits, count) == 0  # what is followed by its own checksum leaves none
+    assert crc(bits, count) == 0  # data followed by their checksum have the CRC 0
 
 
 @settings(deadline=None)
@@ -243,13 +243,13 @@ def test_how_often_it_is_asked_makes_no_difference(steps: int) -> None:
     plan = [(at * 250_000, chance.randrange(2048), chance.randbytes(4)) for at in range(300)]
     whole, parts = TimedWire(BIT_RATE), TimedWire(BIT_RATE)
     one, other = whole.attach(), parts.attach()
-    found = []
+    passed = []
     for place, (at, can_id, data) in enumerate(plan):
         whole.queue(at, one, [Frame(can_id, data)])
         parts.queue(at, other, [Frame(can_id, data)])
         if place % steps == 0:
-            found += parts.advance(at + 1)[0]
-    found += parts.advance(10**9)[0]
+            passed += parts.advance(at + 1)[0]
+    passed += parts.advance(10**9)[0]
     expected = whole.advance(10**9)[0]
-    assert [(p.done_ns, p.frame) for p in found] == [(p.done_ns, p.frame) for p in expected]
+    assert [(p.done_ns, p.frame) for p in passed] == [(p.done_ns, p.frame) for p in expected]
     assert len(expected) == 300

@@ -59,11 +59,11 @@ def draw(random: np.random.Generator) -> dict[str, float]:
 
 def chain(random: np.random.Generator) -> dict[str, dict[str, float]]:
     """Return transducers without noise, a third of their effects on."""
-    own = [e for e in CATALOGUE if e.stage in SAMPLED and e.name != "noise"]
+    effects = [e for e in CATALOGUE if e.stage in SAMPLED and e.name != "noise"]
     return {
         c.name: {
             e.field_of(p): p.typical * (c.span if p.unit == "span" else 1.0)
-            for e in own
+            for e in effects
             if random.random() < 0.35 and (e.name != "velocity_estimator" or c.differenced)
             for p in e.params
         }
@@ -139,19 +139,19 @@ def test_single_precision_keeps_what_its_documentation_says(model: Kernel) -> No
     for plant in plants:
         memory: Any = plant.memory[0]
         plant.start()
-        own = []
+        readings = []
         for tick in range(500):
             memory["inputs"][0] = 1e-3 * np.sin(tick * 0.02)
             assert plant.tick()
-            own.append(memory["reading"].astype(float))
-        rows.append(own)
+            readings.append(memory["reading"].astype(float))
+        rows.append(readings)
     error = np.abs(np.subtract(*rows)).max(axis=0) / [c.span for c in CHANNELS]
     assert error.max() < 1e-3
 
 
 @pytest.mark.parametrize("single", [False, True])
 def test_it_is_plain_c99_that_allocates_nothing(single: bool, tmp_path: Path) -> None:
-    """A pedantic compiler has nothing to say; no memory is asked for; float stays float."""
+    """A pedantic compiler gives no warning; no memory is allocated; float is not widened."""
     files = write_sources(WHOLE, tmp_path, single=single)
     text = files[0].read_text()
     assert not re.search(r"\b(malloc|calloc|realloc|alloca|free)\b", text)
@@ -169,7 +169,7 @@ def test_it_is_plain_c99_that_allocates_nothing(single: bool, tmp_path: Path) ->
 def test_another_system_needs_the_cross_compiler(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Without `ziglang` a library for Windows cannot be made here, and the message says so."""
+    """Without `ziglang` a library for Windows cannot be built here; a message explains it."""
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     with pytest.raises(CompilerError, match="cross"):
         build_library([], tmp_path / "plant.dll", WINDOWS)

@@ -20,9 +20,9 @@ def test_a_fundamental_is_found_under_offset_drift_and_harmonics() -> None:
     time = np.arange(0.0, 3.7, 1e-3)
     omega = 2.0 * math.pi
     values = 5.0 + 0.3 * time + 2.0 * np.sin(omega * time + 0.5)
-    found = fundamental(time, values, omega)
-    assert abs(found) == pytest.approx(2.0)
-    assert np.angle(found) == pytest.approx(0.5)
+    result = fundamental(time, values, omega)
+    assert abs(result) == pytest.approx(2.0)
+    assert np.angle(result) == pytest.approx(0.5)
 
 
 def test_a_first_order_lag_is_3_db_down_at_its_corner() -> None:
@@ -44,12 +44,12 @@ def test_friction_coefficients_come_back_from_their_own_curve() -> None:
     """S1 eq. 3.18 with the numbers of its Fig. 3.8 and an offset of the sensors."""
     v = np.concatenate([np.linspace(-0.3, -0.004, 800), np.linspace(0.004, 0.3, 800)])
     force = 7.0 + 1000.0 * v + np.sign(v) * (100.0 + 100.0 * np.exp(-np.abs(v) / 0.02))
-    found = fit(v, force, excess=True)
-    assert found.zero == pytest.approx(7.0, abs=0.1)
-    assert found.viscous == pytest.approx(1000.0, rel=0.01)
-    assert found.coulomb == pytest.approx(100.0, rel=0.02)
-    assert found.excess == pytest.approx(100.0, rel=0.03)
-    assert found.stribeck_velocity == pytest.approx(0.02, rel=0.05)
+    result = fit(v, force, excess=True)
+    assert result.zero == pytest.approx(7.0, abs=0.1)
+    assert result.viscous == pytest.approx(1000.0, rel=0.01)
+    assert result.coulomb == pytest.approx(100.0, rel=0.02)
+    assert result.excess == pytest.approx(100.0, rel=0.03)
+    assert result.stribeck_velocity == pytest.approx(0.02, rel=0.05)
 
 
 @pytest.mark.parametrize("pressure", [0.5e5, 5e5, 50e5, 300e5])
@@ -67,8 +67,8 @@ def test_the_modulus_of_the_mixture_is_minus_v_dp_dv(pressure: float) -> None:
     step = 1e-4 * pressure
     slope = (volume(pressure + step) - volume(pressure - step)) / (2.0 * step)
     # the expression counts air by the volume that the oil has at this pressure
-    found = mixture(np.array([pressure]), modulus, fraction / oil(pressure), k)
-    assert found[0] == pytest.approx(-volume(pressure) / slope, rel=1e-6)
+    result = mixture(np.array([pressure]), modulus, fraction / oil(pressure), k)
+    assert result[0] == pytest.approx(-volume(pressure) / slope, rel=1e-6)
 
 
 def test_the_mixture_is_oil_without_air_and_gas_near_vacuum() -> None:
@@ -94,9 +94,9 @@ def test_a_ringing_pole_comes_back_from_its_own_decay() -> None:
     time = 1e-3 * np.arange(200)
     pole = 2.0 * math.pi * 60.0 * complex(-0.04, math.sqrt(1.0 - 0.04**2))
     noise = np.random.default_rng(1).normal(0.0, 0.01, time.size)
-    found = ringing_pole(np.real((0.6 + 0.8j) * np.exp(pole * time)) + noise, 1e-3)
-    assert abs(found) == pytest.approx(abs(pole), rel=1e-3)
-    assert -found.real / abs(found) == pytest.approx(0.04, rel=0.02)
+    result = ringing_pole(np.real((0.6 + 0.8j) * np.exp(pole * time)) + noise, 1e-3)
+    assert abs(result) == pytest.approx(abs(pole), rel=1e-3)
+    assert -result.real / abs(result) == pytest.approx(0.04, rel=0.02)
 
 
 def test_three_equal_lags_swing_at_a_gain_of_eight() -> None:

@@ -1,4 +1,4 @@
-"""The emulated reference machine gives back what its documents say."""
+"""The emulated reference machine reproduces the figures of its documents."""
 
 import math
 from collections.abc import Callable
@@ -20,7 +20,7 @@ SLOT, WIDTH = 28e-6 * 0.025, 2.295e-6 / 0.25e-3
 CREEPING = 2.0 * math.pi * SLOT**2 * WIDTH * 79.5e5 / (32.0 * 46e-6 * 850.0) * 6e4
 """What creeps through two such slits at half the supply pressure [l/min]."""
 
-# What the documents say, written down here once more: quantity, value, relative tolerance.
+# Figures of the documents, stated independently: quantity, value, relative tolerance.
 DOCUMENTS = {
     "valve-flow": {
         "valve gain K_v": (6.68e-6, 1e-3),
@@ -93,8 +93,8 @@ def test_the_document_s_number_comes_back(
     results: Results, test: str, quantity: str, value: float, tolerance: float
 ) -> None:
     """A procedure of the documents, performed on the emulator, finds the documents' number."""
-    found = {c.quantity: c.measured for c in results(test).comparisons}
-    assert found[quantity] == pytest.approx(value, rel=tolerance)
+    measured = {c.quantity: c.measured for c in results(test).comparisons}
+    assert measured[quantity] == pytest.approx(value, rel=tolerance)
 
 
 OUTRIGHT = {
@@ -118,14 +118,14 @@ OUTRIGHT = {
 
 @pytest.fixture(scope="module", params=bench_tests(), ids=lambda test: test.name)
 def performed(request: pytest.FixtureRequest, results: Results) -> tuple[Procedure, BenchResult]:
-    """Return a procedure and what it found on the reference machine."""
+    """Return a procedure and what it measured on the reference machine."""
     return request.param, results(request.param.name)
 
 
 def test_every_comparison_of_the_reference_machine_agrees(
     performed: tuple[Procedure, BenchResult],
 ) -> None:
-    """No row of the summary says "differs"."""
+    """No row of the summary has "differs"."""
     comparisons = performed[1].comparisons
     assert comparisons
     assert [c.quantity for c in comparisons if not c.agrees] == []
@@ -143,7 +143,7 @@ def test_only_what_stands_in_a_document_counts_as_its_figure(
 def test_a_picture_names_each_figure_that_it_repeats(
     performed: tuple[Procedure, BenchResult],
 ) -> None:
-    """What a caption says to be drawn is in the picture, under the document's name."""
+    """The curves named in a caption are in the picture, under the document's name."""
     (test, result), picture = performed, new_figure()
     test.draw(result, picture)
     legends = [axes.get_legend() for axes in picture.axes]
@@ -169,7 +169,7 @@ def test_a_picture_of_another_machine_repeats_no_figure(
 def test_a_number_that_is_a_parameter_is_only_found_again(
     results: Results, bench: Callable[..., Bench]
 ) -> None:
-    """What a number is compared with moves with the parameter, so its agreement says little."""
+    """The reference value depends on the parameter, so the agreement proves little."""
     other = bulk_modulus.run(bench(entrained_air_fraction=0.002))
     for old, new in zip(results("bulk-modulus").comparisons, other.comparisons, strict=True):
         assert new.expected != old.expected

@@ -48,12 +48,12 @@ def test_the_null_is_found_where_it_is(bench: Put) -> None:
 
 @pytest.mark.slow
 def test_piston_leakage_is_told_from_valve_leakage(bench: Put) -> None:
-    """Conductances past the piston and outwards come back beside an unchanged valve."""
+    """Both conductances are measured correctly, and the valve leakage is unchanged."""
     leaking = bench(internal_leakage_conductance=1.7e-13, external_leakage_conductance=2e-14)
-    found = leakage.run(leaking)
-    assert measured(found, "conductance past") == pytest.approx(1.7e-13, rel=0.02)
-    assert measured(found, "conductance outwards") == pytest.approx(2e-14, rel=0.02)
-    assert measured(found, "valve leakage") == pytest.approx(0.01069, rel=0.02)
+    result = leakage.run(leaking)
+    assert measured(result, "conductance past") == pytest.approx(1.7e-13, rel=0.02)
+    assert measured(result, "conductance outwards") == pytest.approx(2e-14, rel=0.02)
+    assert measured(result, "valve leakage") == pytest.approx(0.01069, rel=0.02)
 
 
 def test_a_gain_that_depends_on_direction_shows_in_the_flow_curve(bench: Put) -> None:
@@ -80,9 +80,9 @@ def test_more_air_softens_the_oil_at_low_pressure(bench: Put) -> None:
 @pytest.mark.slow
 def test_a_pilot_stage_at_lower_pressure_is_slower(bench: Put) -> None:
     """With the pilot fed from the supply, 160 bar give sqrt(160/210) of both bandwidths."""
-    found = spool_response.run(bench(pilot_supply_share=1.0)).comparisons
+    result = spool_response.run(bench(pilot_supply_share=1.0)).comparisons
     slower = math.sqrt(160.0 / 210.0)
-    assert [c.measured for c in found] == pytest.approx(
+    assert [c.measured for c in result] == pytest.approx(
         [250.0, 100.0, 250.0 * slower, 100.0 * slower], rel=0.05
     )
 
@@ -123,9 +123,9 @@ def test_delays_of_a_channel_are_measured(bench: Put) -> None:
         "velocity": {"velocity_estimator_window": 10e-3},
     }
     channels = {name: dict(honest.sensors.get(name, {})) | more for name, more in slow.items()}
-    found = sensors.run(replace(honest, sensors=dict(honest.sensors) | channels))
-    assert measured(found, "delay of pressure a") == pytest.approx(2.0, rel=0.05)
-    assert measured(found, "delay of velocity") == pytest.approx(5.0, rel=0.02)
+    result = sensors.run(replace(honest, sensors=dict(honest.sensors) | channels))
+    assert measured(result, "delay of pressure a") == pytest.approx(2.0, rel=0.05)
+    assert measured(result, "delay of velocity") == pytest.approx(5.0, rel=0.02)
 
 
 def test_lags_shorter_than_a_tick_are_measured(bench: Put) -> None:
@@ -137,11 +137,11 @@ def test_lags_shorter_than_a_tick_are_measured(bench: Put) -> None:
         "load_force": {"anti_aliasing_cut_off": 200.0, "noise_sigma": 0.0},
     }
     channels = {name: dict(honest.sensors.get(name, {})) | more for name, more in slow.items()}
-    found = sensors.run(replace(honest, sensors=dict(honest.sensors) | channels))
-    assert measured(found, "delay of pressure a") == pytest.approx(0.5, abs=0.02)
-    assert measured(found, "delay of position") == pytest.approx(0.2, abs=0.002)
+    result = sensors.run(replace(honest, sensors=dict(honest.sensors) | channels))
+    assert measured(result, "delay of pressure a") == pytest.approx(0.5, abs=0.02)
+    assert measured(result, "delay of position") == pytest.approx(0.2, abs=0.002)
     late = 1e3 * math.sqrt(2.0) / (2.0 * math.pi * 200.0)
-    assert measured(found, "delay of load force") == pytest.approx(late, abs=0.005)
+    assert measured(result, "delay of load force") == pytest.approx(late, abs=0.005)
 
 
 @pytest.mark.parametrize("procedure", [friction, friction_steady])
@@ -154,7 +154,7 @@ def test_another_friction_is_recovered(bench: Put, procedure: object) -> None:
 
 
 def test_breakaway_shows_at_low_speed(bench: Put) -> None:
-    """The Stribeck excess comes back from the sines, and B and F_c0 beside it."""
+    """The sines give the Stribeck excess together with B and F_c0."""
     result = friction.run(bench(stribeck_friction_excess=100.0))
     assert measured(result, "Stribeck") == pytest.approx(100.0, rel=0.15)
     assert measured(result, "viscous") == pytest.approx(1000.0, rel=0.03)

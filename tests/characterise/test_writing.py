@@ -27,10 +27,10 @@ def at_bench(config: Configuration, cache: Path, values: Mapping[str, float], se
 def folder(reference: Configuration, cache: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return a folder with the files of two quick tests."""
     out = tmp_path_factory.mktemp("bench") / "made" / "by it"
-    told: list[str] = []
-    results = characterise(QUICK, at_bench(reference, cache, reference.plant, 1), out, told.append)
+    lines: list[str] = []
+    results = characterise(QUICK, at_bench(reference, cache, reference.plant, 1), out, lines.append)
     assert [r.name for r in results] == list(QUICK)
-    assert [line.split()[0] for line in told] == ["1/2", "2/2"]
+    assert [line.split()[0] for line in lines] == ["1/2", "2/2"]
     return out
 
 
@@ -51,9 +51,11 @@ def test_json_holds_table_and_comparisons(folder: Path, name: str) -> None:
     def refuse(text: str) -> float:
         raise AssertionError(text)
 
-    found = json.loads((folder / f"{name}.json").read_text("utf-8"), parse_constant=refuse)
-    assert found["comparisons"][0].keys() >= {"quantity", "unit", "expected", "measured", "source"}
-    lengths = {len(column["values"]) for column in found["columns"].values()}
+    text = (folder / f"{name}.json").read_text("utf-8")
+    content = json.loads(text, parse_constant=refuse)
+    keys = {"quantity", "unit", "expected", "measured", "source"}
+    assert content["comparisons"][0].keys() >= keys
+    lengths = {len(column["values"]) for column in content["columns"].values()}
     with (folder / f"{name}.csv").open(encoding="utf-8") as stream:
         assert lengths == {len(list(csv.reader(stream))) - 1}
 
@@ -85,7 +87,7 @@ def test_a_difference_beyond_tolerance_is_called_so() -> None:
 
 
 def test_agreement_is_counted_for_each_kind_alone() -> None:
-    """A parameter found again does not make up for a document's number that is missed."""
+    """Agreement with configured values does not compensate for a missed figure of a document."""
     rows = [
         Comparison("zero", "rad/s", -30.0, "S1", -40.0, 0.01, Agreement.DOCUMENT),
         *[Comparison("gain", "1", 1.0, "configured", 1.0, 0.01, Agreement.CONFIGURED)] * 9,
@@ -126,15 +128,15 @@ def test_a_test_without_an_equilibrium_is_left_out_and_said(
 ) -> None:
     """A load that never rests stops the test that needs rest, not the others."""
     shaken = reference.plant | {"harmonic_force_amplitude": 100.0}
-    told: list[str] = []
+    lines: list[str] = []
     results = characterise(
         ["force-response", "bulk-modulus"],
         at_bench(reference, cache, shaken, 1),
         tmp_path,
-        told.append,
+        lines.append,
     )
     assert [r.name for r in results] == ["bulk-modulus"]
-    assert any("left out" in line for line in told)
+    assert any("left out" in line for line in lines)
     with pytest.raises(UserError, match="force-response: no equilibrium"):
         characterise(["force-response"], at_bench(reference, cache, shaken, 1), tmp_path / "two")
     assert not (tmp_path / "two").exists()

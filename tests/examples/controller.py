@@ -114,7 +114,7 @@ class Controller:
             self._moved_at, self._moved_to = self.now, self._position
 
     def supervise(self) -> None:
-        """Give up where the node is silent, or the rod does not do what the valve says."""
+        """Give up if the node is silent, or the rod does not follow the valve."""
         if self.now - self._heard > self.LATE_MS:
             self.give_up("no heartbeat")
         if abs(self.current) < self.STUCK_CURRENT:

@@ -38,7 +38,7 @@ def test_it_closes_the_valve_when_the_heartbeat_stops(
 def test_it_closes_the_valve_when_the_position_sensor_breaks(
     holding: Controller, wait_until: Any, inject: Any, emulator: Any
 ) -> None:
-    """The node says that the sensor is below its range; the rod stays where it is."""
+    """The node reports that the sensor is below its range; the rod stays in place."""
     with inject("position", "off"):
         wait_until(lambda s: holding.state is State.SAFE, within="5 ms")
         emulator.run_for("100 ms")

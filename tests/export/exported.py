@@ -7,5 +7,5 @@ from hil_emulator.device.node import Node
 
 def files(folder: Path, node: Node, ending: str) -> Path:
     """Return the exported file of a node."""
-    (found,) = folder.glob(f"*_{node.node_id}.{ending}")
-    return found
+    (file,) = folder.glob(f"*_{node.node_id}.{ending}")
+    return file

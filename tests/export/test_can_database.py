@@ -23,7 +23,7 @@ NAMES = {channel.name for channel in CHANNELS}
 
 
 def channel_of(signal: str) -> str:
-    """Return the channel a DBC signal shows, "" for none."""
+    """Return the channel of a DBC signal, or ""."""
     name = re.sub(r"_(net_)?PV_(16|32)bit$|_value$", "", signal)
     return name if name in NAMES else ""
 
@@ -39,8 +39,8 @@ def test_every_pdo_is_there(folder: Path, made: list[Node]) -> None:
     expected = {
         (row.can_id, row.size, row.name) for node in made for row in node.pdo_map() if row.entries
     }
-    found = {(m.frame_id, m.length, m.name.rpartition("_")[2]) for m in database.messages}
-    assert {message for message in found if "PDO" in message[2]} == expected
+    messages = {(m.frame_id, m.length, m.name.rpartition("_")[2]) for m in database.messages}
+    assert {message for message in messages if "PDO" in message[2]} == expected
     cycles = {m.frame_id: m.cycle_time for m in database.messages}
     for node in made:
         for row in node.pdo_map():
@@ -78,16 +78,16 @@ def drive(config: Configuration, folder: Path, ticks: int) -> int:
         table = rig.recorder.table()
         row_of = {round(t * 1e9): row for row, t in enumerate(table["time"])}
         for now_ns, sent, frame in rig.recorder.frames:
-            known = sent and any(m.frame_id == frame.can_id for m in database.messages)
-            if not known:
+            described = sent and any(m.frame_id == frame.can_id for m in database.messages)
+            if not described:
                 continue
             message = database.get_message_by_frame_id(frame.can_id)
             for name, value in message.decode(frame.data).items():
                 channel = channel_of(name)
                 if channel:
                     signal = message.get_signal_by_name(name)
-                    told = table[channel][row_of[now_ns]]
-                    assert abs(value - told) <= signal.scale, (name, value, told)
+                    recorded = table[channel][row_of[now_ns]]
+                    assert abs(value - recorded) <= signal.scale, (name, value, recorded)
                     checked += 1
         assert np.ptp(table["position"]) > 1e-4  # the actuator has moved
     return checked
@@ -107,7 +107,7 @@ def test_ten_seconds_of_pdos_decode(config: Configuration, folder: Path) -> None
 def test_every_frame_of_a_run_has_its_message(config: Configuration, folder: Path) -> None:
     """Boot-up, NMT, SYNC, SDO with a stock master, EMCY and its end, heartbeat: all in words."""
     database = load(folder)
-    said: dict[str, list[dict[str, object]]] = {}
+    decoded: dict[str, list[dict[str, object]]] = {}
     with Emulator(config) as emulator:
         network = LockStepNetwork(emulator)
         emulator.tick()
@@ -123,15 +123,15 @@ def test_every_frame_of_a_run_has_its_message(config: Configuration, folder: Pat
             message = database.get_message_by_frame_id(frame.can_id)
             assert message.length == len(frame.data)
             name = message.name.removeprefix(f"{message.senders[0]}_")
-            said.setdefault(name, []).append(message.decode(frame.data))
-    assert {"command": "start", "node": 0} in said["NMT"]
-    assert [m["error_code"] for m in said["EMCY"]] == ["life_guard_or_heartbeat", "none"]
-    states = {str(m["state"]) for m in said["heartbeat"]}
+            decoded.setdefault(name, []).append(message.decode(frame.data))
+    assert {"command": "start", "node": 0} in decoded["NMT"]
+    assert [m["error_code"] for m in decoded["EMCY"]] == ["life_guard_or_heartbeat", "none"]
+    states = {str(m["state"]) for m in decoded["heartbeat"]}
     assert states == {"boot_up", "pre_operational", "operational"}
-    assert said["SYNC"] == [{}]
-    (request,) = (r for name in said if name.endswith("SDO_request") for r in said[name])
+    assert decoded["SYNC"] == [{}]
+    (request,) = (r for name in decoded if name.endswith("SDO_request") for r in decoded[name])
     assert request == {"command": "download_2_bytes", "index": 0x1017, "subindex": 0, "data": 20}
-    assert [m["command"] for m in said["SDO_answer"]] == ["downloaded"]
+    assert [m["command"] for m in decoded["SDO_answer"]] == ["downloaded"]
 
 
 def test_services_have_their_sender_and_period(folder: Path, made: list[Node]) -> None:

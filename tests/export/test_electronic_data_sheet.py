@@ -31,13 +31,13 @@ def test_the_independent_checker_has_nothing_to_say(
 
 def variables(path: str, node_id: int) -> dict[tuple[int, int], Any]:
     """Return every variable of a file as the stock library reads it."""
-    found: dict[tuple[int, int], Any] = {}
+    objects_read: dict[tuple[int, int], Any] = {}
     objects = import_eds(path, node_id)
     for index in objects:
         item = objects[index]
         members = [item] if isinstance(item, canopen.objectdictionary.ODVariable) else item.values()
-        found |= {(index, member.subindex): member for member in members}
-    return found
+        objects_read |= {(index, member.subindex): member for member in members}
+    return objects_read
 
 
 @pytest.mark.parametrize("ending", ["eds", "dcf"])
@@ -102,9 +102,9 @@ def test_a_dcf_holds_what_was_configured(folder: Path, made: list[Node]) -> None
         objects = import_eds(str(path), None)
         assert objects.node_id == node.node_id
         assert objects.bitrate == 1_000_000
-        found = variables(str(path), node.node_id)
-        assert found[0x1017, 0].value == node.dictionary.read(0x1017)
-        assert found[0x1800, 1].value == 0x180 + node.node_id
+        objects_read = variables(str(path), node.node_id)
+        assert objects_read[0x1017, 0].value == node.dictionary.read(0x1017)
+        assert objects_read[0x1800, 1].value == 0x180 + node.node_id
 
 
 def test_an_export_of_an_export_is_the_same(folder: Path, made: list[Node]) -> None:

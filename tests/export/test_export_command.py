@@ -41,7 +41,7 @@ def machine(folder: Path, *actuators: tuple[str, str, int]) -> Path:
 
 
 def test_every_bus_has_its_database(tmp_path: Path) -> None:
-    """Eight nodes on the left, four on the right, none twice."""
+    """Eight nodes on the left, four on the right, without duplicates."""
     path = machine(tmp_path, ("hip", "left", 0), ("knee", "left", 4), ("other", "right", 0))
     assert export(path, "--out", tmp_path / "made").exit_code == 0
     left, right = (

@@ -55,7 +55,7 @@ PLACES = {
 
 
 def values(heard: Run, channel: str, first: int = BEGIN, last: int = END) -> list[float]:
-    """Return what a channel's PDO said, one value per tick from `first` to before `last`."""
+    """Return a channel's values from its PDO, one per tick from `first` to before `last`."""
     base, code, place, factor = PLACES[channel]
     return [
         struct.unpack_from(code, frame.data, place)[0] * factor

@@ -50,13 +50,13 @@ def test_dropped_frames_leave_gaps_in_the_counter() -> None:
 
 
 def test_lost_set_points_end_in_the_safe_state() -> None:
-    """With RPDO1 dropped the node says 0x8250 after 20 ms, as without a controller."""
+    """With RPDO1 dropped the node reports 0x8250 after 20 ms, as without a controller."""
     heard = run("rpdo1", "drop")
     assert codes(heard) == [0x8250, 0x0000]
 
 
 def test_delayed_frames_come_late_and_complete() -> None:
-    """TPDO2 comes 5 ms after the tick it was sent in; in the end none is missing."""
+    """TPDO2 arrives 5 ms after the tick in which it was sent; all of them arrive."""
     heard = run("tpdo2", "delay", time="5 ms")
     assert of(heard, 0x285, BEGIN, BEGIN + 5) == []
     assert of(heard, 0x285) == of(sound(), 0x285)[:-5]
@@ -153,7 +153,7 @@ def test_a_node_that_was_bus_off_says_so_when_it_is_back() -> None:
 
 
 def test_an_unplugged_cable_is_silent_and_costs_the_set_points() -> None:
-    """Nothing either way; then the node tells what it has missed, and goes on."""
+    """No frame in either direction; afterwards the node reports the missed ones and continues."""
     heard = run("bus", "interface_down")
     assert [f for tick in heard[BEGIN:END] for f in tick] == []
     assert count(heard, 0x185, END, TICKS) == 100

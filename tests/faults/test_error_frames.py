@@ -51,7 +51,7 @@ def test_a_cable_that_destroys_everything_is_bus_off(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("behaviour", "state"), [(0, 127), (1, 5), (2, 4)])
 def test_bus_off_obeys_the_error_behaviour(tmp_path: Path, behaviour: int, state: int) -> None:
-    """0x1029:1 says what state the node has after bus-off, whatever the bus is made of."""
+    """0x1029:1 determines the state of the node after bus-off, for any kind of bus."""
     for config in (reference(), timed(tmp_path)):
         with Emulator(config) as emulator:
             emulator.tick()

@@ -45,12 +45,12 @@ def test_the_controller_sees_it_and_its_end_restores_every_parameter(
     assert b.rig.plant.parameter_vector.tobytes() == before.tobytes()
     heard = run(target, kind, **options)
     assert heard[:BEGIN] == sound()[:BEGIN]
-    seen = [values(heard, c) != values(sound(), c) for c in ("pressure_a", "pressure_b")]
-    assert any(seen)
+    changed = [values(heard, c) != values(sound(), c) for c in ("pressure_a", "pressure_b")]
+    assert any(changed)
 
 
 def speed(b: Bench, milliampere: float, ticks: int = 100) -> float:
-    """Return how fast the rod moves under a current [m/s], as its PDO says."""
+    """Return the speed of the rod at a current, from its PDO [m/s]."""
 
     def position() -> float:
         (frame,) = [f for f in b.tick(set_point(milliampere)) if f.can_id == 0x285]
@@ -73,7 +73,7 @@ def test_a_lost_supply_stops_the_rod(b: Bench) -> None:
 
 
 def test_a_droop_shows_in_the_supply_pressure() -> None:
-    """40 bar less, and none less afterwards."""
+    """40 bar less during the fault, 0 bar less afterwards."""
     heard = run("supply", "droop", drop="40 bar")
     assert np.mean(values(heard, "supply_pressure")) == pytest.approx(120e5, abs=1e5)
     assert np.mean(values(heard, "supply_pressure", END, 300)) == pytest.approx(160e5, abs=1e5)
@@ -182,7 +182,7 @@ def test_shut_off_valves_that_close_hold_the_rod() -> None:
 
 
 def test_what_is_not_there_cannot_be_shut(b: Bench) -> None:
-    """A machine without shut-off valves is told so, for the fault and for the setting."""
+    """Without shut-off valves, both the fault and the setting are refused."""
     with pytest.raises(UserError, match=r"no shut_off_valves; .* \[lines\]"):
         b.rig.fault("lines", "shut")
     with pytest.raises(UserError, match="no shut_off_valves"):

@@ -48,7 +48,7 @@ def test_only_the_faulty_channel_differs_and_its_end_leaves_no_trace(
 
 
 def test_a_sensor_that_is_off_reads_zero_and_is_reported() -> None:
-    """The load cell reads 0 N and says, once, that it is below its range; then that it is not."""
+    """The load cell reads 0 N; one emergency reports the range error, one its end."""
     target, heard = faulty("off")
     assert set(values(heard, target)) == {0.0}
     assert codes(heard) == [0xFF10 + 4, 0x0000]

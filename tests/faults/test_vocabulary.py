@@ -1,4 +1,4 @@
-"""The vocabulary of faults: what can be said, and what is answered to the rest."""
+"""Names of faults, targets and parameters: valid ones, and messages for the others."""
 
 import math
 import re
@@ -15,8 +15,8 @@ from hil_emulator.model.declare import DeclarationError
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda k: f"{k.layer}-{k.name}")
-def test_every_kind_can_be_said_without_a_parameter(kind: FaultKind) -> None:
-    """Each kind has defaults that make it, for each of its targets, or must be told a twin."""
+def test_every_kind_has_defaults(kind: FaultKind) -> None:
+    """Each kind has defaults for each of its targets, or requires a twin."""
     for target in kind.targets:
         name = {"message": "tpdo1", "object": "0x6130:1"}.get(target, target)
         other = {"pressure_b": "pressure_a"}.get(name, "pressure_b")
@@ -121,7 +121,7 @@ def test_a_parameter_is_read_in_its_unit() -> None:
 
 
 def test_every_target_has_a_kind_and_every_layer_a_target() -> None:
-    """The vocabulary has no word that nothing can be said with."""
+    """Every layer has a target, and every target a kind."""
     reached = {kind.layer for target in targets() for kind in kinds_of(target).values()}
     assert reached == set(Layer)
     assert all(kinds_of(target) for target in targets())
@@ -161,7 +161,7 @@ def test_a_target_that_is_none_is_one_short_message(
 
 @pytest.mark.parametrize("param", [p for k in KINDS for p in k.params if p.unit != TEXT], ids=str)
 def test_every_parameter_has_bounds(param: FaultParam) -> None:
-    """No fault can be told a number that the plant or a frame does not survive."""
+    """No parameter may be infinite, which plant and frames would not survive."""
     assert math.isfinite(param.low)
     assert math.isfinite(param.high)
     assert param.default is not None

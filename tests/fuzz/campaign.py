@@ -2,9 +2,9 @@
 
     nice python -m tests.fuzz.campaign --cases 100000 --state FILE
 
-FILE holds the counts; files that ended in a traceback are kept in the folder FILE.failures, with
-the traceback beside each. The memory of the process is limited. What is damaged in a case follows
-from its number and the seed: `--only KIND --first N --cases 1` repeats one.
+FILE holds the counts. Files that caused a traceback are kept in the folder FILE.failures, together
+with the traceback. The memory of the process is limited. The damage of a case depends on its number
+and the seed only: `--only KIND --first N --cases 1` repeats one.
 """
 
 import argparse

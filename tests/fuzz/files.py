@@ -74,7 +74,7 @@ class Study:
         self._seed = seed
         self._root = Path(tempfile.mkdtemp())
         self._folder = self._root / CONFIGS.name
-        for folder in (CONFIGS, SHEET.parent):  # configurations name what is beside them
+        for folder in (CONFIGS, SHEET.parent):  # configurations name files of the same folder
             shutil.copytree(folder, self._root / folder.name)
         self._seeds = seeds(self._folder, [r.name for r in self._readers])
 

@@ -1,4 +1,4 @@
-"""Frames that nobody should send, put to every shipped device."""
+"""Invalid frames for every shipped device."""
 
 import sys
 import traceback
@@ -16,21 +16,21 @@ NODE = 5
 
 
 def attack(count: int, seed: int) -> int:
-    """Put so many frames to the devices, the same share to each; return how many failed."""
+    """Send a number of frames to the devices, in equal shares; return the number of failures."""
     sheets = sorted(shipped("eds/hydraulic_actuator.eds").parent.glob("*.eds"))
     failed = 0
     for sheet in sheets:
         node = make_node(sheet, NODE)
         fuzzer = Fuzzer(seed, node)
         measured = Measured(list(READINGS.values()), [0] * len(READINGS))
-        now_ns = sent = told = 0
+        now_ns = sent = answered = 0
         while sent < count // len(sheets):
             batch = fuzzer.batch()
             sent += len(batch)
             now_ns += fuzzer.pause_ns()
             try:
                 node.receive(now_ns, batch)
-                told += len(node.publish(now_ns, measured))
+                answered += len(node.publish(now_ns, measured))
             except Exception:
                 failed += 1
                 traceback.print_exc()
@@ -39,5 +39,5 @@ def attack(count: int, seed: int) -> int:
             node.receive(now_ns, [frame])
             node.publish(now_ns, measured)
         assert node.node_id == NODE
-        print(f"{sheet.stem}: {sent} frames, {told} answers", flush=True)
+        print(f"{sheet.stem}: {sent} frames, {answered} answers", flush=True)
     return failed

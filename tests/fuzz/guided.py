@@ -44,7 +44,7 @@ def quantity(data: bytes) -> None:
 
 
 def socketcand(data: bytes) -> None:
-    """Read what a TCP client says."""
+    """Read the data of a TCP client."""
     opens(data)
     parse_send(data)
 

@@ -32,15 +32,15 @@ def kept(folder: Path) -> dict[str, list[bytes]]:
         b.tick()
     (acting,) = acting_together([reference()])
     effects = acting.effects
-    made = kernel.keep(compiled(effects, cache_folder(), 1).source, folder)  # says its name
+    made = kernel.keep(compiled(effects, cache_folder(), 1).source, folder)
     assert made is not None
-    own = cache_folder() / kernel.sources_digest(effects)
-    (folder / "kernels" / own.name / "__pycache__").mkdir(parents=True)
-    for file in own.rglob(f"{made.stem}*"):
+    source = cache_folder() / kernel.sources_digest(effects)
+    (folder / "kernels" / source.name / "__pycache__").mkdir(parents=True)
+    for file in source.rglob(f"{made.stem}*"):
         if file.is_file():
-            shutil.copy2(file, folder / "kernels" / own.name / file.relative_to(own))
-    found = {e: sorted((folder / "kernels").rglob(_KERNEL + e)) for e in ENDINGS}
-    return {e.removeprefix("."): [file.read_bytes() for file in found[e]] for e in ENDINGS}
+            shutil.copy2(file, folder / "kernels" / source.name / file.relative_to(source))
+    files = {e: sorted((folder / "kernels").rglob(_KERNEL + e)) for e in ENDINGS}
+    return {e.removeprefix("."): [file.read_bytes() for file in files[e]] for e in ENDINGS}
 
 
 def read(file: Path) -> None:
@@ -74,8 +74,8 @@ def _loaded(cache: Path) -> int:
 
     compiler.compile_extra = stop
     try:
-        own = Bus({"interface": "virtual", "channel": "machine code"})
-        assemble(reference(), own, cache, None).step()
+        bus = Bus({"interface": "virtual", "channel": "machine code"})
+        assemble(reference(), bus, cache, None).step()
     except BaseException as error:
         print(f"{type(error).__name__}: {error}", file=sys.stderr)
         return _FAILED

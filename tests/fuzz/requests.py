@@ -1,4 +1,4 @@
-"""Requests to the remote control that nobody should send: each is answered, the loop goes on."""
+"""Invalid requests to the remote control: each is answered, and the loop continues."""
 
 import json
 import marshal
@@ -46,8 +46,8 @@ def body(chance: random.Random, do: str) -> bytes:
         kind = chance.choice(KINDS)
         content = {"target": chance.choice([*targets(), *kind.targets, "node5.tpdo1", "0x185"])}
         content["kind"] = chance.choice((kind.name, chance.choice(KINDS).name))
-        known = (*_NAMES, *(p.name for p in kind.params))
-        for name in chance.choices(known, k=chance.randrange(4)):
+        parameters = (*_NAMES, *(p.name for p in kind.params))
+        for name in chance.choices(parameters, k=chance.randrange(4)):
             content[name] = _value(chance)
         if chance.random() < 0.1:
             content[chance.choice(("target", "kind"))] = chance.choice(_VALUES)

@@ -26,17 +26,17 @@ _STIMULUS = b"time [s],position [m]\n0.0,0.04\n0.5,0.05\n1.0,0.03\n"
 def seeds(folder: Path, kinds: Iterable[str]) -> dict[str, list[bytes]]:
     """Return sound files by kind; `folder` is for making them, and keeps what readers need."""
     _run(folder)
-    found = dict(foreign_logs())
+    files = dict(foreign_logs())
     for ending in ("csv", "npz", "parquet", "mf4", "blf", "asc", "log"):
         (folder / ending).mkdir()  # captures bring a database along
         exports.export(folder / "run.rec", folder / ending / f"run.{ending}")
-        found[ending] = [(folder / ending / f"run.{ending}").read_bytes()]
+        files[ending] = [(folder / ending / f"run.{ending}").read_bytes()]
     recorded = [(folder / "run.rec").read_bytes()]
     sheets = {file.stem: file.read_bytes() for file in sorted(SHEET.parent.glob("*.eds"))}
     # what an I/O module reads is stated by a configuration: its sheet alone decodes no capture
     decoding = [text for name, text in sheets.items() if name != "io_module"]
     times = b'{"run knee.toml:100": [1.5, 30.0], "plot": [1, null]}'
-    found |= _databases(folder / "blf" / "run.dbc") | _result(folder / "found") | {
+    files |= _databases(folder / "blf" / "run.dbc") | _result(folder / "found") | {
         "rec": recorded, "rec on the panel": recorded, "rec to identify": recorded,
         "toml": [(CONFIGS / f"hyq_{name}.toml").read_bytes() for name in ("knee", "leg")],
         "scenario": [f.read_bytes() for f in sorted((CONFIGS / "scenarios").glob("*.toml"))],
@@ -46,7 +46,7 @@ def seeds(folder: Path, kinds: Iterable[str]) -> dict[str, list[bytes]]:
         "fmu": [_fmu(folder / "crane.fmu")],
     }  # fmt: skip
     wanted = set(kinds)
-    return found | (machine_code.kept(folder) if wanted & {"nbi", "nbc"} else {})
+    return files | (machine_code.kept(folder) if wanted & {"nbi", "nbc"} else {})
 
 
 def _run(folder: Path) -> None:
@@ -81,7 +81,12 @@ def _result(folder: Path) -> dict[str, list[bytes]]:
     logs = {f"{log}/load_force|{p}": v for log in ("a.csv", "b.csv") for p, v in parts.items()}
     np.savez(folder / "traces.npz", **logs)
     effect = {"name": "gravity", "value": 5.0, "interval": [1.0, 9.0], "group": ["mass"]}
-    result = {"verdict": "agrees", "reason": "none", "effects": [effect], "gap_measure": "N"}
+    result = {
+        "verdict": "agrees",
+        "reason": "all agree",
+        "effects": [effect],
+        "gap_measure": "N",
+    }
     result["gap"] = {"load_force": {"training": {"before": 1.0, "after": None}}}
     (folder / "result.json").write_text(json.dumps(result))
     return {name: [(folder / name).read_bytes()] for name in ("result.json", "traces.npz")}

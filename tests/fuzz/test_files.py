@@ -1,4 +1,4 @@
-"""Whatever a file holds, its reader reads it or says in one message why not."""
+"""A reader reads any file or rejects it with one message."""
 
 import json
 import subprocess

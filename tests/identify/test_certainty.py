@@ -257,14 +257,12 @@ def test_a_law_whose_sizes_are_apart_is_another_one(
     fit, name = search(1e4).rounds[-1].base, "position_friction"
     estimates = EstimatesByExperiment(1.0, 1, ["", "", ""], values, [deviation**2] * 3)
     words = heterogeneous_estimates(ReportedModel(fit, {}, {name: estimates}, []))
-    assert words == (
-        {name: "single experiments give from 70% to 130% of this value"} if other else {}
-    )
+    assert words == ({name: "single experiments give 70 to 130 % of this value"} if other else {})
 
 
 @pytest.mark.parametrize(
     ("about", "parts"),
-    [(0.0, {}), (0.01, {}), (0.025, {"position_friction": "from -400% to 400%"})],
+    [(0.0, {}), (0.01, {}), (0.025, {"position_friction": "-400 to 400 %"})],
 )
 def test_sizes_about_zero_are_reported_as_well(about: float, parts: dict[str, str]) -> None:
     """A value near zero has large relative parts, if the experiments determine it.

@@ -65,7 +65,7 @@ def test_a_gap_is_reported_and_not_filled(tmp_path: Path) -> None:
     read = only(written(tmp_path, "time [s],position [mm]", [time, time]))
     inside = read.readings["position"][300:600]
     assert not np.isfinite(inside).any()
-    assert any("1 gaps" in note for note in read.notes)
+    assert any("1 gap of" in note for note in read.notes)
 
 
 def test_repeated_and_reversed_time_is_put_right_and_reported(tmp_path: Path) -> None:

@@ -61,7 +61,7 @@ def test_closed_chambers_are_distinguished_from_a_rod_without_position() -> None
         moving = recorded({}, kind, 1)
         predictor, why = bench(model, [only(moving, *CHANNELS)])
         assert predictor is None
-        assert "nor does pressure_a follow the valve" in why
+        assert "pressure_a does not follow the valve" in why
 
 
 def test_a_dead_band_does_not_open_closed_chambers() -> None:

@@ -30,8 +30,8 @@ def play(model: Kernel, name: str) -> tuple[np.ndarray, np.ndarray]:
     period = 1.0 / (60.5 * quickness(bench))
     time = np.arange(0.0, _LONG * period, stand.period)
     share = np.select([time < 2 * period, time < 8 * period, time < 14 * period], [0.0, 1.0, -1.0])
-    seen = stand.drive(_PART * bench.rated_current * share).signals
-    rows = (seen["position"] * 1e3, seen["pressure_a"] * 1e-5, seen["pressure_b"] * 1e-5)
+    signals = stand.drive(_PART * bench.rated_current * share).signals
+    rows = (signals["position"] * 1e3, signals["pressure_a"] * 1e-5, signals["pressure_b"] * 1e-5)
     return time, np.array(rows)
 
 

@@ -1,4 +1,4 @@
-"""`hil-emulator init`: from an empty folder to a machine that runs as its numbers say."""
+"""`hil-emulator init`: from an empty folder to a running machine with the stated values."""
 
 import math
 import re
@@ -25,7 +25,7 @@ def machine(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_what_is_written_loads_and_is_stable(machine: Path) -> None:
-    """No warning, every number with a reason, and the schema beside it."""
+    """No warning, every number with a reason, and the schema in the same folder."""
     config = load_rig([machine])
     assert list(warnings(config)) == []
     text = machine.read_text()
@@ -75,10 +75,10 @@ def test_closed_it_rings_at_the_frequency_of_mass_on_oil(machine: Path) -> None:
         for side, a in (("a", area), ("b", area * plant["cylinder_area_ratio"]))
     )
     expected = math.sqrt(stiffness / (100.0 + plant["rod_mass_mass"])) / (2 * math.pi)
-    told = init(machine.parent, "--overwrite")[1].output
-    found = re.search(r"natural frequency ([\d.]+) Hz", told)
-    assert found is not None
-    assert float(found[1]) == pytest.approx(expected, rel=5e-3)
+    output = init(machine.parent, "--overwrite")[1].output
+    frequency = re.search(r"natural frequency ([\d.]+) Hz", output)
+    assert frequency is not None
+    assert float(frequency[1]) == pytest.approx(expected, rel=5e-3)
 
 
 @pytest.mark.slow
@@ -144,7 +144,7 @@ def test_a_wrong_answer_is_refused_with_the_way_out(
 
 @pytest.mark.slow
 def test_every_prompt_may_be_answered_wrongly_once(tmp_path: Path) -> None:
-    """A wrong answer is told and asked for again; Enter takes the usual one."""
+    """A wrong answer is reported and the prompt repeated; Enter accepts the default."""
     wrong = {
         "bore": "4", "rod": "5 cm", "stroke": "3 s", "valve": "none", "supply_pressure": "1 kbar",
         "tank_pressure": "-1 bar", "pump": "hand", "pump_flow": "1 l", "accumulator": "1 bar",
@@ -156,13 +156,13 @@ def test_every_prompt_may_be_answered_wrongly_once(tmp_path: Path) -> None:
     lines = [line for n in asked for line in (wrong.get(n), right.get(n, "")) if line is not None]
     file, result = init(tmp_path, answers="\n".join(lines) + "\n")
     assert result.exit_code == 0, result.output
-    told = re.findall(r"(?m)^  (\S.*)", result.output)
-    assert len(told) == len(wrong)
+    messages = re.findall(r"(?m)^  (\S.*)", result.output)
+    assert len(messages) == len(wrong)
     assert 'accumulator = { gas_volume = "1 l", precharge = "168 bar" }' in file.read_text()
 
 
 def test_nothing_is_written_over(tmp_path: Path) -> None:
-    """A file that is there stays as it is, unless one says so; another ending is no TOML."""
+    """An existing file is not changed without `--overwrite`; other endings are refused."""
     (tmp_path / "machine.eds").write_text("mine")
     file, result = init(tmp_path)
     assert result.exit_code == 2

@@ -50,8 +50,8 @@ def test_the_printed_flow_passes_at_the_printed_drop(
     for factor in (1.0, 2.0):
         open_fully(plant, edge * factor**2)
         for signal in ("flow_a", "flow_b"):
-            found = plant.signals[signal]
-            assert found == pytest.approx(factor * sheet.values["nominal_flow"], rel=1e-3)
+            flow = plant.signals[signal]
+            assert flow == pytest.approx(factor * sheet.values["nominal_flow"], rel=1e-3)
 
 
 @pytest.mark.parametrize("name", [n for n, v in VALVES.items() if v.get("null_leakage")])
@@ -92,7 +92,7 @@ def test_both_printed_frequencies_give_back_a_second_order(z: float) -> None:
 
 
 def test_an_answer_displaces_the_librarys_number() -> None:
-    """Who has the variant of 63 l/min says so; a drop per edge displaces one over both."""
+    """A stated nominal flow or pressure drop replaces that of the library."""
     given = {"valve": "parker_bd15_38", "nominal_flow": "63 l/min",
              "pressure_drop_per_edge": "35 bar"}  # fmt: skip
     sheet = valve(answered(given, usual))
@@ -106,8 +106,8 @@ def test_the_library_is_what_the_file_says() -> None:
     """Ten valves at least; a key that no data sheet has is refused, and all keys have questions."""
     assert len(VALVES) >= 10
     assert LIBRARY.is_file()
-    known = {q.name for q in QUESTIONS}
-    assert PRINTED.keys() - known == {"pilot_leakage", "max_pressure"}
+    asked = {q.name for q in QUESTIONS}
+    assert PRINTED.keys() - asked == {"pilot_leakage", "max_pressure"}
 
 
 def test_both_e024_are_one_valve(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The machines that come with the package: each is stable, and as quick as its data sheets say."""
+"""Machines of the package: each is stable and as fast as its data sheets state."""
 
 import math
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The pages, as a browser reads them: Python's own HTML parser tells tags from text."""
+"""HTML pages, read with Python's HTML parser."""
 
 import re
 from collections.abc import Callable
@@ -42,7 +42,7 @@ class Page(HTMLParser):
         self.close()
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        """Count it, and keep what its attributes say."""
+        """Count the tag, and store the values of its attributes."""
         self.tags[tag] = self.tags.get(tag, 0) + 1
         self.texts += [value or "" for _, value in attrs]
         self.fetched += [value or "" for name, value in attrs if name in ("src", "href")]
@@ -51,17 +51,17 @@ class Page(HTMLParser):
         """Keep a piece of text."""
         self.texts.append(data)
 
-    def told(self, text: str) -> int:
-        """Return how many pieces hold a text."""
+    def count(self, text: str) -> int:
+        """Return the number of pieces that contain a text."""
         return sum(text in piece for piece in self.texts)
 
 
 def characterised(folder: Path) -> str:
     """Return a page of one bench test of which everything is called so."""
-    told = Comparison(HOSTILE, HOSTILE, 1.0, HOSTILE, 1.0, 0.01, Agreement.DERIVED, (HOSTILE,))
+    row = Comparison(HOSTILE, HOSTILE, 1.0, HOSTILE, 1.0, 0.01, Agreement.DERIVED, (HOSTILE,))
     drawn = DocumentFigure(HOSTILE, HOSTILE, HOSTILE)
     (folder / f"{HOSTILE}.png").write_bytes(b"\x89PNG")
-    result = BenchResult(HOSTILE, HOSTILE, HOSTILE, {}, [told], [HOSTILE], [drawn], [HOSTILE])
+    result = BenchResult(HOSTILE, HOSTILE, HOSTILE, {}, [row], [HOSTILE], [drawn], [HOSTILE])
     return characterise_page([result], folder)
 
 
@@ -100,7 +100,7 @@ def test_a_hostile_name_is_text(made: Callable[[Path], str], times: int, tmp_pat
     """Whatever a file, a test or an effect is called: it is shown as it is, and runs nothing."""
     page = Page(made(tmp_path))
     assert "script" not in page.tags
-    assert page.told(HOSTILE) == times
+    assert page.count(HOSTILE) == times
     assert all(a.startswith(("#", "data:image/png;base64,")) for a in page.fetched)
 
 

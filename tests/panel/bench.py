@@ -60,7 +60,7 @@ def running(
     Args:
         options: of `run`.
         folder: where it runs.
-        bus: what says on which bus it is; a virtual one without.
+        bus: options for the bus; a virtual one by default.
         code: its exit code.
 
     """
@@ -71,9 +71,9 @@ def running(
     )  # fmt: skip
     assert process.stdout is not None
     try:
-        said = "".join(iter(process.stdout.readline, "Ctrl-C ends.\n"))
-        (url,) = re.findall(r"^panel +(\S+)", said, re.M)
-        ports = re.findall(r"^bus .*:(\d+)", said, re.M)
+        output = "".join(iter(process.stdout.readline, "Ctrl-C ends.\n"))
+        (url,) = re.findall(r"^panel +(\S+)", output, re.M)
+        ports = re.findall(r"^bus .*:(\d+)", output, re.M)
         yield Bench(process, url, int(ports[0]) if ports else 0)
         process.terminate()
         assert process.wait(PATIENCE_S) == code
@@ -84,14 +84,14 @@ def running(
 
 
 class Page:
-    """What a page does with its stream: takes messages, asks, waits."""
+    """Client side of a page's stream: receives messages, sends requests, waits."""
 
     def __init__(self, connection: ClientConnection) -> None:
         self._connection = connection
         self._asked = 0
 
     async def message(self) -> Any:
-        """Return the next message: bytes, or what JSON says."""
+        """Return the next message: bytes, or decoded JSON."""
         message = await asyncio.wait_for(self._connection.recv(), PATIENCE_S)
         return message if isinstance(message, bytes) else json.loads(message)
 
@@ -102,20 +102,20 @@ class Page:
             message = await self.message()
             if wanted(message):
                 return message
-        raise AssertionError("what was waited for did not come")
+        raise AssertionError("the expected message did not arrive")
 
     async def word(self, wanted: Callable[[dict[str, Any]], Any]) -> dict[str, Any]:
         """Return the first message in words that is wanted."""
         return dict(await self.until(lambda m: isinstance(m, dict) and bool(wanted(m))))
 
-    async def tell(self, **request: Any) -> None:
+    async def send(self, **request: Any) -> None:
         """Send a request that has no answer."""
         await self._connection.send(json.dumps(request))
 
     async def ask(self, **request: Any) -> dict[str, Any]:
         """Return the answer to a request."""
         self._asked += 1
-        await self.tell(id=self._asked, **request)
+        await self.send(id=self._asked, **request)
         return await self.word(lambda m: m.get("answer") == self._asked)
 
 

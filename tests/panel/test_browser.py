@@ -66,12 +66,12 @@ def page(bench: Bench, browser: webdriver.Chrome) -> Iterator[webdriver.Chrome]:
     assert [e for e in browser.get_log("browser") if e["level"] == "SEVERE"] == []
 
 
-def until(found: Callable[[], Any]) -> Any:
-    """Wait for something; return it. What goes while one looks at it is looked for again."""
+def until(condition: Callable[[], Any]) -> Any:
+    """Return the first true result; elements that vanish meanwhile are searched again."""
     deadline = time.monotonic() + PATIENCE_S
     while time.monotonic() < deadline:
         with contextlib.suppress(StaleElementReferenceException):
-            if result := found():
+            if result := condition():
                 return result
         time.sleep(0.05)
     raise AssertionError("what was waited for did not come")
@@ -168,7 +168,7 @@ def test_strips_fill_a_large_window(page: webdriver.Chrome) -> None:
 
 
 def test_a_screen_reader_finds_names_and_roles(page: webdriver.Chrome) -> None:
-    """Every control has a name, every tab its panel, every strip says what it shows."""
+    """Every control has a name, every tab its panel, every strip a description."""
     nameless = page.execute_script("""
         return [...document.querySelectorAll("button, input, select")].filter((e) =>
           e.checkVisibility() && !(e.textContent.trim() || e.getAttribute("aria-label") ||

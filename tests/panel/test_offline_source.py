@@ -59,7 +59,7 @@ def write_found(folder: Path) -> None:
 
 
 def test_an_identification_shows_both_models_by_log(tmp_path: Path) -> None:
-    """Measured less error is what a model says; free runs where there are any."""
+    """The prediction is the measurement minus the error; free runs are shown if present."""
     write_found(tmp_path)
     source = opened(tmp_path)
     assert list(source.logs) == ["a.csv", "b.csv"]

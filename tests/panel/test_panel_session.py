@@ -191,7 +191,7 @@ def test_a_session_outlives_what_is_no_request(source: Unhurried, text: str) -> 
 
 @pytest.mark.parametrize("verb", OF_PANEL, ids=lambda verb: verb.verb())
 def test_a_right_request_is_obeyed(source: Unhurried, verb: type[Request]) -> None:
-    """The answer has the fields declared; an SDO client may get none from a loop at rest."""
+    """The answer has the declared fields; SDO requests may time out without a running loop."""
     do = verb.verb()
     (answer,) = asyncio.run(exchange(source, {"do": do, "id": 7, **VALID.get(do, {})}))
     assert answer["answer"] == 7

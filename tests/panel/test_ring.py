@@ -1,4 +1,4 @@
-"""The ring of shared memory: all comes over, in order, or is said to be missing."""
+"""The ring of shared memory: all rows arrive in order, or are reported as lost."""
 
 import hypothesis.strategies as st
 from hypothesis import given

@@ -78,7 +78,7 @@ def test_a_strip_shows_what_the_bench_does(bench: Bench) -> None:
         hello = (await page.word(lambda m: "hello" in m))["hello"]
         assert hello["mode"] == "live"
         names = [column["name"] for column in hello["columns"]]
-        await page.tell(do="view", columns="model.position", span=10, pixels=500, generation=7)
+        await page.send(do="view", columns="model.position", span=10, pixels=500, generation=7)
         message = await page.until(lambda m: isinstance(m, bytes) and m[8] == 7)
         count = struct.unpack_from("<I", message, 4)[0]
         numbers = np.frombuffer(message[48:], np.float32)
@@ -91,15 +91,15 @@ def test_a_strip_shows_what_the_bench_does(bench: Bench) -> None:
 
 
 def test_a_fault_goes_in_and_out(bench: Bench) -> None:
-    """It is listed with the time it has left, its emergency is told in words, and it ends."""
+    """It is listed with the time it has left, its emergency appears in words, and it ends."""
 
     async def act(page: Page) -> None:
         done = await page.ask(do="fault", target="pressure_a", kind="off", duration="1000 s")
-        said = await page.word(lambda m: m.get("status", {}).get("faults"))
-        assert 900.0 < said["status"]["faults"][0]["left"] <= 1000.0
-        await page.tell(do="watch", what="nodes")
-        said = await page.word(lambda m: m.get("nodes") and m["nodes"][0]["emergency"])
-        assert said["nodes"][0]["emergency"]["words"].startswith("0xFF10 sensor out of range")
+        message = await page.word(lambda m: m.get("status", {}).get("faults"))
+        assert 900.0 < message["status"]["faults"][0]["left"] <= 1000.0
+        await page.send(do="watch", what="nodes")
+        message = await page.word(lambda m: m.get("nodes") and m["nodes"][0]["emergency"])
+        assert message["nodes"][0]["emergency"]["words"].startswith("0xFF10 sensor out of range")
         assert await page.ask(do="end", number=done["number"])
         await page.word(lambda m: "status" in m and not m["status"]["faults"])
         refused = await page.ask(do="fault", target="supply", kind="droop", drop="900 bar")
@@ -109,7 +109,7 @@ def test_a_fault_goes_in_and_out(bench: Bench) -> None:
 
 
 def test_nmt_and_sdo_by_hand(bench: Bench) -> None:
-    """A node starts, tells its name, takes a heartbeat time and refuses what its EDS forbids."""
+    """A node starts, returns its name, accepts a heartbeat time and refuses writes to constants."""
 
     async def act(page: Page) -> None:
         assert "error" not in await page.ask(do="nmt", command="start", node=5)
@@ -120,7 +120,7 @@ def test_nmt_and_sdo_by_hand(bench: Bench) -> None:
         assert read["text"] == "Manufacturer device name = Hydraulic actuator emulator"
         written = await page.ask(do="sdo", node=5, index="0x1017", subindex="0", value="50")
         assert written["text"] == "Producer heartbeat time written"
-        await page.tell(do="watch", what="trace", filter="heartbeat")
+        await page.send(do="watch", what="trace", filter="heartbeat")
         beat = "heartbeat node 5  operational"
         await page.word(lambda m: m.get("trace") and m["trace"][-1]["words"] == beat)
         refused = await page.ask(do="sdo", node=5, index="0x1008", subindex="0", value="other")
@@ -158,14 +158,14 @@ def test_a_recording_from_the_panel_is_one(bench: Bench, folder: Path) -> None:
         assert "without a folder" in (await page.ask(do="record", file="../x.rec"))["error"]
 
     visit(bench, act)
-    found = journal.read(folder / "panel.rec")
-    assert len(found.rows) > 10
-    assert np.allclose(np.diff(found.table()["time"]), 1e-3)
-    assert [what for _, what in found.events if "marker" in what] == [{"marker": "here"}]
+    journal_file = journal.read(folder / "panel.rec")
+    assert len(journal_file.rows) > 10
+    assert np.allclose(np.diff(journal_file.table()["time"]), 1e-3)
+    assert [what for _, what in journal_file.events if "marker" in what] == [{"marker": "here"}]
 
 
 def test_a_scenario_meets_its_expectations_one_by_one(bench: Bench) -> None:
-    """They are open first, and met at the end, as `hil-emulator scenario` says."""
+    """They are open first, and met at the end, as in `hil-emulator scenario`."""
 
     def states(m: dict[str, Any]) -> list[str]:
         scenario = m.get("status", {}).get("scenario") or {"checks": []}
@@ -208,7 +208,7 @@ def test_the_timing_of_the_loop_is_told(bench: Bench) -> None:
     """How long its ticks took in the last seconds: half of them, nearly all, the longest."""
 
     async def act(page: Page) -> Any:
-        await page.tell(do="watch", what="loop")
+        await page.send(do="watch", what="loop")
         return (await page.word(lambda m: "loop" in m))["loop"]
 
     timing = visit(bench, act)

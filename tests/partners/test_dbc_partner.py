@@ -175,7 +175,7 @@ def test_partners_hear_no_own_frames_and_take_turns_on_a_wire(tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (('"pump.dbc"', '"none.dbc"'), "cannot read the DBC"),
+        (('"pump.dbc"', '"missing.dbc"'), "cannot read the DBC"),
         (
             ('"Fast.Pressure"', '"Fast.Presure"'),
             "Fast has no signal 'Presure'; there are Alive, Pressure",
@@ -236,7 +236,7 @@ def test_a_recording_with_partners_repeats(driven: tuple[Emulator, Bus, Any]) ->
 def test_a_missing_library_is_named(
     monkeypatch: pytest.MonkeyPatch, library: str, checksum: str
 ) -> None:
-    """Without the extra the message says what to install."""
+    """Without the extra the message names it."""
     monkeypatch.setitem(sys.modules, library, None)
     with pytest.raises(UserError, match=rf"checksum {checksum} needs pip install .*\[partners\]"):
         Protection(checksum)

@@ -45,7 +45,7 @@ def test_nobody_at_the_address(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_distributed_is_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The message says what to install."""
+    """The message names the extra to install."""
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(UserError, match=r"hil-emulator\[dask\]"), connected("tcp://127.0.0.1:1"):
         pass

@@ -22,6 +22,6 @@ def test_a_lock_is_had_by_one_at_a_time(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_a_folder_that_cannot_be_written_holds_nobody_up(tmp_path: Path) -> None:
-    """Where no lock can be, nobody waits for one."""
+    """If no lock can be created, the block runs without waiting."""
     with locked(tmp_path / "missing" / "a.lock"):
         pass

@@ -13,7 +13,7 @@ from hil_emulator.scenario import loading
 
 @pytest.mark.parametrize("name", packaged(Purpose.MACHINE))
 def test_a_copied_machine_is_whole_in_an_empty_folder(name: str, tmp_path: Path) -> None:
-    """It says what the packaged one says, and takes nothing from outside its folder."""
+    """The copy equals the packaged configuration, and needs no file outside its folder."""
     first, *others = copy(name, tmp_path)
     original, copied = load_machine([packaged()[name]]), load_machine([first])
     assert [a.config.plant for a in copied.actuators] == [
@@ -26,7 +26,7 @@ def test_a_copied_machine_is_whole_in_an_empty_folder(name: str, tmp_path: Path)
 
 @pytest.mark.parametrize("name", packaged(Purpose.SCENARIO))
 def test_a_copied_scenario_brings_its_machine(name: str, tmp_path: Path) -> None:
-    """Its configuration files and profiles lie beside it."""
+    """Its configuration files and profiles are copied into the same folder."""
     scenario = loading.load(copy(name, tmp_path)[0])
     assert all((tmp_path / file).is_file() for file in scenario.config)
     profiles = [step.profile.file for step in scenario.steps if step.profile]

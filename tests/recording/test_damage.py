@@ -1,4 +1,4 @@
-"""A recording is anybody's file: what is damaged is told, and what it names is not simply run."""
+"""Recordings are untrusted: damage gives a message, and named code is not executed."""
 
 import json
 import struct
@@ -123,7 +123,7 @@ def test_a_damaged_header_is_one_message(
     ],
 )
 def test_a_damaged_entry_is_one_message(journal: Path, tmp_path: Path, damage: bytes) -> None:
-    """Unknown, short, or not what its kind is; and told by whoever reads rows or frames."""
+    """Unknown, short or invalid entries are reported when rows or frames are read."""
     file = written(tmp_path / "x.rec", head(journal), damage)
     with pytest.raises(UserError, match="damaged before byte"):
         journals.read(file)
@@ -152,8 +152,8 @@ def test_a_damaged_event_is_one_message(journal: Path, tmp_path: Path, what: Any
         replay(file, [])
 
 
-def test_a_trigger_that_never_fired_is_told_by_both_ends(tmp_path: Path) -> None:
-    """`run` says that nothing was recorded and why, and `replay` that there is nothing."""
+def test_a_trigger_that_never_fired_is_reported_by_both_ends(tmp_path: Path) -> None:
+    """`run` reports that nothing was recorded and why, and `replay` that there are no rows."""
     file = tmp_path / "crash.rec"
     options = ["--bus", "virtual:crash", "--clock", "lockstep", "--duration", "20 ms"]
     trigger = ["--record", file, "--trigger", "position > 79 mm"]

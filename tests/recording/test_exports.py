@@ -66,7 +66,7 @@ def test_asammdf_reads_the_same_values_from_mf4(
 def test_numpy_reads_the_same_values_from_npz(
     journal: Path, recording: Recording, tmp_path: Path
 ) -> None:
-    """Every column bit for bit, units and origin beside them."""
+    """Every column bit by bit, with units and provenance."""
     with np.load(written(journal, tmp_path, ".npz")) as data:
         for name, values in recording.table().items():
             assert data[name].tobytes() == values.tobytes()
@@ -82,8 +82,8 @@ def test_scipy_reads_the_same_values_from_mat(
     ticks = len(recording.rows)
     for name, values in recording.table().items():
         place, _, last = name.rpartition(".")
-        found, units = (flat[place], flat["units"][place]) if place else (flat, flat["units"])
-        assert found[last].tobytes() == values.tobytes()
+        columns, units = (flat[place], flat["units"][place]) if place else (flat, flat["units"])
+        assert columns[last].tobytes() == values.tobytes()
         assert units[last] == recording.units[name]
     assert data["position"].shape == (ticks, 1)
     assert data["model"]["position"][0, 0].shape == (ticks, 1)
@@ -120,10 +120,10 @@ def test_python_can_reads_the_same_frames(
     """Every frame with its time and direction, in the order of the bus."""
     export(journal, tmp_path / f"run{ending}", directions=True)
     with can.LogReader(str(tmp_path / f"run{ending}")) as reader:
-        found = [
+        frames = [
             (round(m.timestamp * 1e6), not m.is_rx, m.arbitration_id, bytes(m.data)) for m in reader
         ]
-    assert found == [(t // 1000, sent, f.can_id, f.data) for t, sent, f in recording.frames]
+    assert frames == [(t // 1000, sent, f.can_id, f.data) for t, sent, f in recording.frames]
 
 
 def test_candumps_log_is_that_of_can_utils(
@@ -153,21 +153,21 @@ def test_pcapng_is_what_its_standard_says(
     assert struct.unpack_from("<IHH", head) == (0x1A2B3C4D, 1, 0)
     assert recording.provenance["digest"].encode() in head
     assert struct.unpack_from("<HHIHHB", link) == (227, 0, 0, 9, 1, 9)
-    found = []
+    frames = []
     for kind, body in packets:
         assert kind == 6
         _, high, low, size, _ = struct.unpack_from("<IIIII", body)
         identifier, length = struct.unpack_from(">IB", body, 20)
         code, _, way = struct.unpack_from("<HHI", body, 20 + size + -size % 4)
         assert code == 2
-        found.append(((high << 32) + low, way == 2, identifier, body[28 : 28 + length]))
-    assert found == [(t, sent, f.can_id, f.data) for t, sent, f in recording.frames]
+        frames.append(((high << 32) + low, way == 2, identifier, body[28 : 28 + length]))
+    assert frames == [(t, sent, f.can_id, f.data) for t, sent, f in recording.frames]
 
 
 def test_cantools_decodes_what_the_sensors_reported(
     journal: Path, recording: Recording, tmp_path: Path
 ) -> None:
-    """BLF and the DBC beside it give the readings of the recording, to the PDO's resolution."""
+    """BLF decoded with its DBC gives the readings of the recording, to the PDO's resolution."""
     file = written(journal, tmp_path, ".blf")
     database = cantools.database.load_file(file.with_suffix(".dbc"))
     decoded: dict[str, list[float]] = {}
@@ -183,23 +183,23 @@ def test_cantools_decodes_what_the_sensors_reported(
         np.testing.assert_allclose(decoded[name], readings, rtol=0, atol=0.501 * step)
 
 
-def test_the_database_beside_a_log_is_the_exported_one(journal: Path, tmp_path: Path) -> None:
-    """It says of every PDO what `hil-emulator export` says; only the node's name is shorter."""
+def test_the_database_of_a_log_is_the_exported_one(journal: Path, tmp_path: Path) -> None:
+    """PDOs are described as by `hil-emulator export`; only the node's name is shorter."""
     (tmp_path / "bus.dbc").write_text(contents(load_machine([KNEE]))["bus.dbc"])
     written(journal, tmp_path, ".log")
-    beside, exported = (
+    of_log, exported = (
         {
             m.frame_id: (m.length, m.cycle_time, m.comment, [repr(s) for s in m.signals])
             for m in cantools.database.load_file(tmp_path / name).messages
         }
         for name in ("run.dbc", "bus.dbc")
     )
-    assert beside == exported
-    assert len(beside) >= 4
+    assert of_log == exported
+    assert len(of_log) >= 4
 
 
 def test_a_run_does_not_wait_for_cantools(tmp_path: Path) -> None:
-    """Neither asking whether a file can be written nor the process beside the loop imports it."""
+    """Neither the check of a file name nor the writer process imports it."""
     code = (
         "import sys; from pathlib import Path\n"
         "from hil_emulator.recording import recorder, writer_process\n"
@@ -223,13 +223,13 @@ def test_a_frame_log_names_its_origin(
     assert recording.provenance["digest"].encode() in data
 
 
-def test_candump_logs_have_their_origin_beside_them(
+def test_candump_logs_have_their_provenance_in_a_second_file(
     journal: Path, recording: Recording, tmp_path: Path
 ) -> None:
     """That format has no room for remarks."""
     file = written(journal, tmp_path, ".log")
-    beside = json.loads(file.with_name("run.log.json").read_text())
-    assert beside == recording.provenance
+    provenance = json.loads(file.with_name("run.log.json").read_text())
+    assert provenance == recording.provenance
 
 
 def test_a_file_that_cannot_be_is_refused_before_the_run(
@@ -254,7 +254,7 @@ def test_a_format_declares_all_that_it_writes(journal: Path, tmp_path: Path, end
 
 
 def test_formats_share_what_comes_with_both(journal: Path, tmp_path: Path) -> None:
-    """Two logs of one name have one database; all of them are written, or none."""
+    """Two logs of one name have one database; either all files are written or no file."""
     files = tmp_path / "run.blf", tmp_path / "run.asc"
     export(journal, *files)
     made = {*files, tmp_path / "run.dbc"}

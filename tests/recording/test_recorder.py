@@ -1,4 +1,4 @@
-"""Recording beside the loop: what survives, and what it costs."""
+"""Recording during a run: what survives failures, and its load on the loop."""
 
 import os
 import resource
@@ -26,7 +26,7 @@ from hil_emulator.signals import condition
 def test_every_tick_is_in_the_recording(recording: Recording) -> None:
     """Time, readings and frames of each tick; the fault that was injected; the seed."""
     assert recording.table()["time"] == pytest.approx(np.arange(TICKS) * 1e-3)
-    sent = [f for _, own, f in recording.frames if own and f.can_id == 0x285]
+    sent = [f for _, is_sent, f in recording.frames if is_sent and f.can_id == 0x285]
     assert len(sent) == TICKS - 6  # the node starts in tick 5, its timer then
     assert recording.events[0][1]["fault"]["kind"] == "stuck"
     assert recording.events[1] == (150_000_000, {"end": 0})
@@ -58,7 +58,7 @@ def running(*options: str) -> subprocess.Popen[str]:
 
 
 def test_killing_the_emulator_loses_at_most_the_last_second(tmp_path: Path) -> None:
-    """SIGKILL in the middle: the process beside it still writes all formats, to the end."""
+    """After SIGKILL in the middle, the writer process still completes all formats."""
     import asammdf
     import pandas as pd
 
@@ -89,7 +89,7 @@ def test_killing_the_writer_too_leaves_the_journal(tmp_path: Path) -> None:
     until(lambda: file.stat().st_size > 500_000)
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
     if not children.exists():
-        pytest.skip("this system does not tell which children a process has")
+        pytest.skip("this system does not list the children of a process")
     for child in children.read_text().split():
         os.kill(int(child), signal.SIGKILL)
     process.send_signal(signal.SIGKILL)
@@ -126,7 +126,7 @@ def on_a_small_disk(
 def test_a_full_disk_ends_the_recording_and_not_the_run(
     journal: Path, recording: Recording, tmp_path: Path
 ) -> None:
-    """What fitted is readable, and the message says why there is no more."""
+    """The written part is readable, and the message names the reason of the end."""
     file = tmp_path / "full.rec"
     result = on_a_small_disk(journal, journal.stat().st_size // 2, file)
     assert result.returncode == 1
@@ -148,7 +148,7 @@ def test_a_recording_has_not_begun_where_its_first_block_finds_no_room(
 
 
 def test_a_format_that_cannot_be_written_leaves_the_journal(journal: Path, tmp_path: Path) -> None:
-    """No other format is written then, and how to write them later is said."""
+    """No other format is written then; the message explains how to write them later."""
     folder, other = tmp_path / "run.csv", tmp_path / "run.npz"
     folder.mkdir()
     result = on_a_small_disk(journal, resource.RLIM_INFINITY, folder, other)
@@ -173,7 +173,7 @@ def test_a_file_that_cannot_be_opened_stops_the_run_before_it_begins(tmp_path: P
 
 
 def test_a_writer_that_dies_is_reported_at_the_end(tmp_path: Path) -> None:
-    """The ticks go on; closing the recorder says that the recording is not complete."""
+    """The ticks go on; closing the recorder reports an incomplete recording."""
     config = reference()
     with bench(config) as b:
         recorder = FileRecorder([tmp_path / "run.rec"], header(config, b.rig.nodes))
@@ -206,7 +206,7 @@ def test_a_capture_keeps_what_was_before_the_trigger(tmp_path: Path) -> None:
 def test_the_loop_makes_one_system_call_in_twenty_five_ticks(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Frames and rows in between stay in memory; closing hands over the rest, and none is lost."""
+    """Frames and rows in between stay in memory; closing hands over the rest without loss."""
     config, calls, ticks = reference(), [], 110
     write = os.write
 

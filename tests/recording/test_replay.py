@@ -122,7 +122,7 @@ def test_time_that_slipped_is_recorded_and_does_not_harm_the_repetition() -> Non
 
 
 def test_a_capture_is_not_replayed(recording: Recording, tmp_path: Path) -> None:
-    """What does not begin at the start cannot be reproduced, and the message says so."""
+    """A capture does not begin at the start and cannot be reproduced; a message explains it."""
     head = {**recording.header, "capture": "position > 60 mm"}
     file = tmp_path / "part.rec"
     journals.write(dataclasses.replace(recording, header=head), file)

@@ -118,7 +118,9 @@ def answer(port: int, method: str, path: str, body: bytes = b"", **headers: str)
     return status
 
 
-def said(port: int, method: str, path: str, body: bytes = b"") -> tuple[int, dict[str, object]]:
+def http_json(
+    port: int, method: str, path: str, body: bytes = b""
+) -> tuple[int, dict[str, object]]:
     """Return status and JSON of a request."""
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=20)
     connection.request(method, path, body, {"Content-Type": "application/json"})
@@ -179,7 +181,7 @@ DEEP = "[" * 981 + "]" * 981
 def test_a_hostile_request_is_one_sentence(port: int, method: str, path: str, body: str) -> None:
     """Whatever it holds: 4xx, an error in JSON, and the loop goes on as if nothing had been."""
     before = request(port, "GET", "/status")
-    status, content = said(port, method, path, body.encode())
+    status, content = http_json(port, method, path, body.encode())
     assert 400 <= status < 500
     assert list(content) == ["error"]
     assert "Traceback" not in str(content)
@@ -241,7 +243,7 @@ def test_it_listens_on_this_machine_only(port: int) -> None:
 
 
 def test_it_is_off_unless_asked_for(port: int) -> None:
-    """Without --control nothing is said of it, and no process is started."""
+    """Without --control there is no line about it in the output, and no process."""
     command = [sys.executable, "-m", "hil_emulator", "run", str(shipped("configs/hyq_knee.toml"))]
     options = ["--bus", "virtual:off", "--clock", "lockstep", "--duration", "10 ms"]
     result = subprocess.run([*command, *options], capture_output=True, text=True, check=True)
@@ -250,7 +252,7 @@ def test_it_is_off_unless_asked_for(port: int) -> None:
 
 @pytest.mark.slow
 def test_a_port_in_use_is_one_message(port: int) -> None:
-    """The second emulator at the same port says so and ends."""
+    """The second emulator at the same port ends with one message."""
     process = start(str(port))
     _, errors = process.communicate(timeout=60)
     assert process.returncode == 2

@@ -84,7 +84,7 @@ class RemoteControl(RuleBasedStateMachine):
         return status, content
 
     def take_down(self, content: dict[str, Any]) -> None:
-        """Follow what an accepted request says that it did."""
+        """Update the expected faults by the answer to an accepted request."""
         if "number" in content:
             assert content["number"] not in self.accepted
             self.accepted.add(content["number"])
@@ -145,14 +145,14 @@ class RemoteControl(RuleBasedStateMachine):
         status, _ = self.ask(b"PUT", b"/settings", json.dumps(values).encode())
         assert status == (200 if param.low <= number <= param.high else 400)
 
-    @rule(at=st.integers(0, 20), known=st.booleans())
-    def end_one(self, at: int, known: bool) -> None:
+    @rule(at=st.integers(0, 20), existing=st.booleans())
+    def end_one(self, at: int, existing: bool) -> None:
         """End a fault that is injected, or one that never was."""
-        known = known and bool(self.accepted)
-        number = sorted(self.accepted)[at % len(self.accepted)] if known else 10**6
+        existing = existing and bool(self.accepted)
+        number = sorted(self.accepted)[at % len(self.accepted)] if existing else 10**6
         status, content = self.ask(b"DELETE", b"/faults/%d" % number)
-        assert status == (200 if known else 400)
-        assert not known or content == {"ended": [number]}
+        assert status == (200 if existing else 400)
+        assert not existing or content == {"ended": [number]}
 
     @rule()
     def end_all(self) -> None:

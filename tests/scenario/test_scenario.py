@@ -1,4 +1,4 @@
-"""What a scenario can say, and what its reports say."""
+"""Contents of scenarios and of their reports."""
 
 import subprocess
 import sys
@@ -40,13 +40,13 @@ def write(tmp_path: Path) -> Write:
 
 
 def check(file: Path) -> tuple[bool, str]:
-    """Return whether the one expectation is met, and what was found."""
-    (found,) = perform(file).checks
-    return found.passed, found.observed
+    """Return whether the one expectation is met, and the observation."""
+    (result,) = perform(file).checks
+    return result.passed, result.observed
 
 
 @pytest.mark.parametrize(
-    ("expectation", "passed", "found"),
+    ("expectation", "passed", "observed"),
     [
         ('signal = "position"\nwithin = ["39 mm", "50 mm"]', True, "mm ..."),
         ('signal = "position"\nwithin = ["39 mm", "40.5 mm"]', False, "mm at 0.0"),
@@ -62,11 +62,11 @@ def check(file: Path) -> tuple[bool, str]:
     ],
 )  # fmt: skip
 def test_an_expectation_is_met_or_not(
-    write: Write, expectation: str, passed: bool, found: str
+    write: Write, expectation: str, passed: bool, observed: str
 ) -> None:
     """Bands over a time, bands reached in time, frames seen and not seen."""
     assert check(write(f"[[expect]]\n{expectation}\n"))[0] is passed
-    assert found in check(write(f"[[expect]]\n{expectation}\n"))[1]
+    assert observed in check(write(f"[[expect]]\n{expectation}\n"))[1]
 
 
 EXPECT = '[[expect]]\nframe = "0x085"\nseen = false\n'

@@ -55,7 +55,7 @@ def test_a_value_reaches_its_band_by_a_time(
 
 
 @pytest.mark.parametrize(
-    ("seen", "times", "expected"),
+    ("required", "times", "expected"),
     [
         (True, [0.1], "met"),
         (True, [], "missed"),
@@ -64,9 +64,9 @@ def test_a_value_reaches_its_band_by_a_time(
         (False, [1.5], "met"),
     ],
 )
-def test_a_frame_is_seen_or_not(seen: bool, times: list[float], expected: str) -> None:
+def test_a_frame_is_seen_or_not(required: bool, times: list[float], expected: str) -> None:
     """Until 1 s: a frame that was seen stays seen."""
-    e = Expect.model_validate({"frame": "0x085", "seen": seen, "until": "1 s"})
+    e = Expect.model_validate({"frame": "0x085", "seen": required, "until": "1 s"})
     watch = SeenFrame(e, lambda frame: frame.can_id == 0x085)
     for time in times:
         watch.frames(time, [Frame(0x085), Frame(0x086)])

@@ -27,7 +27,7 @@ def test_an_exchange_takes_emulator_time_only(network: Any, emulator: Emulator) 
 
 
 def test_pdos_arrive_in_the_stock_node(network: Any, emulator: Emulator) -> None:
-    """After the start TPDO2 says the position; heartbeats tell the state."""
+    """After the start TPDO2 holds the position, and heartbeats the state."""
     node = network[5]
     node.tpdo.read()
     node.nmt.state = "OPERATIONAL"

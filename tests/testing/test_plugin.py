@@ -70,7 +70,7 @@ def test_a_missing_configuration_is_one_clear_message(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_example_of_the_pages_passes(tmp_path: Path) -> None:
-    """As it is printed there, with the machine that the templates beside it name."""
+    """The printed example passes with the machine of the CI templates."""
     page = (Path(__file__).parents[2] / "docs/how_to/ci.md").read_text()
     (code,) = re.findall(r"^```python\n(# test_step\.py\n.*?)^```$", page, re.M | re.S)
     assert "1 passed" in suite(tmp_path, code, "--emulator-config", "hyq_knee")

@@ -1,4 +1,4 @@
-"""What is true of a `Bus` on kernel CAN, told by the tools of Linux's can-utils."""
+"""Behaviour of a `Bus` on kernel CAN, checked with Linux's can-utils."""
 
 import os
 import select

@@ -1,4 +1,4 @@
-"""Ten foreign nodes and our actuator on kernel CAN, under a master in C, told by candump."""
+"""Ten foreign nodes and one actuator on kernel CAN with a master in C, observed by candump."""
 
 import os
 import shutil
@@ -57,7 +57,7 @@ def test_all_that_was_set_up_is_on_the_bus(tmp_path: Path, socketcan_channel: st
     assert set(lengths) == set(periods)
     measured = sum(map(sum, lengths.values())) / SECONDS
     computed = sum(
-        sum(found) / len(found) / (periods[can_id] / 1e3) for can_id, found in lengths.items()
+        sum(each) / len(each) / (periods[can_id] / 1e3) for can_id, each in lengths.items()
     )
     assert 0.0 < measured / BIT_RATE <= 1.02 * computed / BIT_RATE
 
@@ -66,5 +66,5 @@ def started(log: Path) -> list[tuple[int, bytes]]:
     """Return identifier and data of the frames after the nodes were started, in `SECONDS`."""
     rows = [line.split() for line in log.read_text().splitlines()]
     begin = next(float(time[1:-1]) for time, _, text in rows if text == "000#0100")
-    found = [text.split("#") for t, _, text in rows if 0 < float(t[1:-1]) - begin <= SECONDS]
-    return [(int(can_id, 16), bytes.fromhex(data)) for can_id, data in found]
+    frames = [text.split("#") for t, _, text in rows if 0 < float(t[1:-1]) - begin <= SECONDS]
+    return [(int(can_id, 16), bytes.fromhex(data)) for can_id, data in frames]

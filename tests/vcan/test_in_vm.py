@@ -33,7 +33,7 @@ FULL = pytest.mark.full(sibling="test_what_needs_socketcan_holds_in_a_virtual_ma
     "files", [REPRESENTATIVE, pytest.param(vcan_files(), marks=FULL)], ids=["bus", "all"]
 )
 def test_what_needs_socketcan_holds_in_a_virtual_machine(files: Sequence[str]) -> None:
-    """The tests this machine has to skip pass on a stock kernel, none of them skipped there."""
+    """Tests that are skipped on this machine run and pass on a stock kernel."""
     if "vcan0" in (name for _, name in socket.if_nameindex()):
         pytest.skip("this machine has vcan0: the tests run here")
     missing = [tool for tool in TOOLS if shutil.which(tool) is None]

@@ -124,7 +124,9 @@ def _grid(base: Array, period: float, notes: list[str]) -> Array:
     steps = np.diff(base)
     gaps = steps > GAP * period
     if gaps.any():
-        notes.append(f"{int(np.sum(gaps))} gaps, {float(np.sum(steps[gaps])):.3g} s in all")
+        count = int(np.sum(gaps))
+        total = f"{float(np.sum(steps[gaps])):.3g} s"
+        notes.append(f"1 gap of {total}" if count == 1 else f"{count} gaps, {total} in all")
     uneven = np.abs(steps - period) > IRREGULAR * period
     if not uneven.any():
         return base

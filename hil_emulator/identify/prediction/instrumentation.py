@@ -1,4 +1,4 @@
-"""What the channels that are there allow: a predictor, its effects, and how well known they are."""
+"""Choice of the predictor for the measured channels, and of the effects that it can examine."""
 
 import copy
 import math
@@ -31,28 +31,28 @@ FORCES = {
     "force balance": ("position", "load_force", "pressure_a", "pressure_b"),
     "driven axis": ("position", "load_force"),
 }  # fmt: skip
-"""Channels that a bench of forces needs, by its kind."""
+"""Required channels of a force bench, by kind."""
 
 SLOW = ("quasi-static sweep", "valve leakage")
-"""Kinds of bench on which every row is an equilibrium."""
+"""Kinds of bench with rows in equilibrium."""
 
 SLOWEST = 5e-3
-"""Longest sample period that shows a hydraulic mode of some 50 Hz [s]."""
+"""Longest sample period for a hydraulic mode of about 50 Hz [s]."""
 
 
 def predicting(
     model: PlantModel, learn: list[Experiment], check: list[Experiment], contrary: str = ""
 ) -> tuple[Predictor | None, list[Experiment], list[Experiment], str]:
-    """Choose what predicts by the channels that are there.
+    """Choose the predictor by the measured channels.
 
     Args:
-        model: the model.
+        model: of the actuator.
         learn: experiments for the fit.
         check: experiments for the acceptance test.
-        contrary: what they contradict, if that is known to keep anyone from examining them.
+        contrary: contradiction in the data that prevents an examination, in words; or "".
 
     Returns:
-        The predictor, or None; the experiments as it takes them; and why there is none.
+        The predictor, or None; the experiments, converted for it; and the reason for None.
 
     """
     everything = [*learn, *check]
@@ -104,7 +104,7 @@ def predicting(
 def _balance(
     model: PlantModel, learn: list[Experiment], check: list[Experiment]
 ) -> tuple[Predictor | None, list[Experiment], list[Experiment], str]:
-    """Return what predicts on a bench that the configuration declares to be one of forces."""
+    """Return the predictor of a bench that is configured as a force bench."""
     kind = model.config.bench.kind
     for e in (*learn, *check):
         lacking = [name for name in FORCES[kind] if name not in e.readings]
@@ -125,17 +125,17 @@ def _balance(
 
 
 def _unknown(e: Experiment, kind: str, lacking: Sequence[str]) -> str:
-    """Say which channels a bench lacks, and where else a pressure may be said."""
+    """Return a message with the missing channels, and how to state a pressure instead."""
     why = f"{e.name} has no {' and no '.join(lacking)}, which a {kind} needs"
     pressures = [name for name in lacking if name.startswith("pressure")]
     if not pressures:
         return why
-    said = " and ".join(f'{name} = "absent" or "3 bar"' for name in pressures)
-    return f"{why}; if nothing measures it, say {said} under [bench]"
+    entries = " and ".join(f'{name} = "absent" or "3 bar"' for name in pressures)
+    return f"{why}; if it is not measured, set {entries} under [bench]"
 
 
 def tolerances(predictor: Predictor) -> Mapping[str, float]:
-    """Return the tolerance of stated values by field, where a bench has others than usual."""
+    """Return the prior tolerances of stated values that differ on a bench, by field."""
     if isinstance(predictor, force_balance.StaticObserver):
         return parameters.CARRIAGE if predictor.driven else parameters.UNKNOWN_SEALS
     return {}
@@ -153,20 +153,20 @@ def _slow(experiments: Sequence[Experiment]) -> str:
 
 
 def examinable(model: PlantModel, predictor: Predictor) -> list[Coordinate]:
-    """Return the effects that a predictor could show."""
+    """Return the effects that change the predictions."""
     sensors = tuple(c for c in predictor.channels if c in model.names)
-    found = [c for c in parameters.candidates(model, sensors) if _described(c, model)]
+    candidates = [c for c in parameters.candidates(model, sensors) if _described(c, model)]
     if isinstance(predictor, FlowBench):
-        return [c for c in found if flow_examinable(c)]
+        return [c for c in candidates if flow_examinable(c)]
     if isinstance(predictor, SweepBench):
-        return [c for c in found if at_rest(c, predictor)]
+        return [c for c in candidates if at_rest(c, predictor)]
     if isinstance(predictor, force_balance.StaticObserver):
-        return [c for c in found if force_balance.examinable(c, predictor)]
-    return found
+        return [c for c in candidates if force_balance.examinable(c, predictor)]
+    return candidates
 
 
 def _described(candidate: Coordinate, model: PlantModel) -> bool:
-    """Whether a configuration says all that the laws of an effect look at."""
+    """Return whether the configuration states all arguments of an effect's laws."""
     laws = candidate.effect.laws if candidate.effect else ()
-    looked_at = {a for law in laws for a in law.arguments if isinstance(a, str)}
-    return not any(math.isnan(model.plant_values.get(name, 0.0)) for name in looked_at)
+    names = {a for law in laws for a in law.arguments if isinstance(a, str)}
+    return not any(math.isnan(model.plant_values.get(name, 0.0)) for name in names)

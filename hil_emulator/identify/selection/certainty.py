@@ -235,7 +235,8 @@ def _range(estimates: EstimatesByExperiment) -> str:
     ratios = [value / estimates.reported for value in estimates.values]
     variances = [variance / estimates.reported**2 for variance in estimates.variances]
     parts = [r for r, v in zip(ratios, variances, strict=True) if v < 1.0] or ratios
-    return f"single experiments give from {min(parts):.0%} to {max(parts):.0%} of this value"
+    low, high = 100.0 * min(parts), 100.0 * max(parts)
+    return f"single experiments give {low:.0f} to {high:.0f} % of this value"
 
 
 def discrepancy_uncertainty(search: Search, fit: Fit) -> Array:

@@ -64,7 +64,8 @@ class Remainder(NamedTuple):
 
     def __str__(self) -> str:
         """Return the reason why the law of the named effect does not fit."""
-        return f"the rejected {self.candidate} explains {self.part:.0%} more at the same place"
+        percent = f"{100.0 * self.part:.0f} %"
+        return f"the rejected {self.candidate} explains {percent} more at the same place"
 
 
 def rejected_in_place(search: Search) -> dict[str, Remainder]:

@@ -142,7 +142,8 @@ class Completion:
 
     def __str__(self) -> str:
         """Return the reason why the law of `named` is not the catalogue's."""
-        return f"{self.rival}, which explains nearly the same, explains {self.part:.0%} more"
+        percent = f"{100.0 * self.part:.0f} %"
+        return f"{self.rival}, which explains nearly the same, explains {percent} more"
 
 
 @dataclass

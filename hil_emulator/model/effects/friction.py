@@ -9,7 +9,12 @@ import math
 from typing import NamedTuple
 
 from hil_emulator.model.declare import SETTING, Param, Quantity, effect, factor
-from hil_emulator.model.stages import dry_friction, friction, friction_scale
+from hil_emulator.model.stages import (
+    dry_friction,
+    friction,
+    friction_direction,
+    friction_scale,
+)
 
 _STRIBECK_VELOCITY = Param(
     "stribeck_velocity", "m/s", "velocity C_s over which the excess fades", 0.02, 1e-3, 1.0,
@@ -186,7 +191,27 @@ def film_lag(
     return scale * factor, ahead / time_constant
 
 
+@effect(
+    friction_direction,
+    knob=Param("share", "1", "share of Dahl's law in the direction of dry friction", 1.0, 0.0, 1.0),
+    states=(Quantity("bend", "1", "bend of the seals over that of sliding ones, -1 to 1"),),
+    source="Dahl 1968, exponent 1",
+    signature="after a reversal friction follows an exponential of the distance, without a "
+              "transition over velocity",
+    not_modelled="other exponents of Dahl's law",
+)  # fmt: skip
+def dahl_friction(
+    direction: float, velocity: float, way: float, bend: float, share: float
+) -> tuple[float, float]:
+    """D = D + k (z - D),  dz/dt = (v - |v| z)/d,  d the presliding distance.
+
+    The seals yield from the beginning of their bend.
+    """
+    per_way = 1.0 / way
+    return direction + share * (bend - direction), (velocity - abs(velocity) * bend) * per_way
+
+
 EFFECTS = (
     viscous_friction, coulomb_friction, stribeck_friction, pressure_friction, friction_asymmetry,
-    position_friction, friction_along_stroke, film_lag,
+    position_friction, friction_along_stroke, film_lag, dahl_friction,
 )  # fmt: skip

@@ -76,7 +76,7 @@ def test_a_chamber_that_nothing_shows_has_to_be_stated(
     both.write_text(text.replace('pressure_b = "absent"', ""))
     refused, output = asked("gap", both, files[:2], files[2:], tmp_path)
     assert refused["verdict"] == "cannot_examine"
-    assert 'say pressure_b = "absent" or "3 bar" under [bench]' in output
+    assert 'set pressure_b = "absent" or "3 bar" under [bench]' in output
     both.write_text(text.replace('pressure_b = "absent"', 'pressure_b = "3 bar"'))
     result, output = asked("gap", both, files[:2], files[2:], tmp_path)
     assert "chamber b at a constant 3 bar" in output

@@ -116,7 +116,7 @@ def main() -> None:
         for e in named:
             print(f"{which.name:16} {e.name:26} fitted {e.fitted:7.2%}, reported {e.reported:7.2%} "
                   f"+- {e.width:7.2%}{'' if e.inside else ' MISSED'}, sizes apart by chance "
-                  f"{e.p_value:.1e}", flush=True)  # fmt: skip
+                  f"{e.by_chance:.1e}", flush=True)  # fmt: skip
     print("\n".join(report(effects, deviations)))
 
 

@@ -181,7 +181,7 @@ def shown(
 ) -> float:
     """Return the difference in chi-square after an experiment has really been recorded."""
     kind = "steps" if played.stimulus.jumps else played.stimulus.name
-    more = forecast.seen(bench.observer, bench.recorded(kind, 10 + number, played), truth)
+    more = forecast.recorded(bench.observer, bench.recorded(kind, 10 + number, played), truth)
     both = Fitter(bench.observer, [*now.experiments, *more.experiments])
     both.batch = LocalBatch(bench.observer, [*now.frozen, *more.frozen])
     left = [both.fit(e.coordinates, e.at, JOINT).chi2 for e in (rival, truth)]

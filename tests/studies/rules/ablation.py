@@ -2,7 +2,7 @@
 
     python -m tests.studies.rules.ablation --out ablation.jsonl --each 6 --watch
     python -m tests.studies.rules.ablation --out ablation.jsonl --each 6
-    python -m tests.studies.rules.ablation --out ablation.jsonl --rules alike faint --together
+    python -m tests.studies.rules.ablation --out ablation.jsonl --rules pairs pushed --together
     python -m tests.studies.rules.ablation --out ablation.jsonl --each 6 --report
 
 The cases differ from those of the study; each experiment lasts 2 s. A case is searched once with

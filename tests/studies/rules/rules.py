@@ -1,8 +1,7 @@
-"""The rules by which a search decides: what each protects from, and how it is left out.
+"""Decision rules of a search: what each protects from, and how it is left out.
 
-A rule is left out by another value of a constant, or another function, in the module that uses it:
-the product knows nothing of this table, and `test_rules.py` sees to it that the table knows every
-constant of the product.
+A rule is left out by another value of a constant, or another function, in the module that uses it.
+The product does not use this table; `test_rules.py` checks that it lists every constant.
 """
 
 from collections.abc import Iterator, Mapping
@@ -84,59 +83,60 @@ RULES: dict[str, Rule] = {
                           {"evidence.LEAST_HELD_OUT": -ALL}),
     "left by a law": Rule("naming what an inexact law leaves",
                                      {"law_form.LAW_TOLERANCE": -ALL}),
-    "outshone": Rule("a catalogue's name for an unknown effect",
+    "free term explains more": Rule("a catalogue's name for an unknown effect",
                      {"law_form.free_term_explains_more": Always(False)}),
     "less noise": Rule("noise that is the gap itself", {"search.reweigh_by_best": Always(None)}),
     # which candidate comes first
     "held-out order": Rule("the law that bends best", {"evidence.NEARLY_ALL": 1.0}),
-    "modesty": Rule("the law with more assumed shapes", {"evidence.SMALL_PART": -ALL}),
+    "tie break": Rule("the law with more assumed shapes", {"evidence.SMALL_PART": -ALL}),
     "pairs": Rule("a third effect for two that hide each other",
                   {"search.PairSearch.first_of_pair": Always(None)}),
-    "confirmation": Rule("a linearisation that leads nowhere",
+    "nonlinear check": Rule("a linearisation that leads nowhere",
                          {"starts.NonlinearCheck._holds": Always(True)}),
-    "kin": Rule("missing one of two that do the same",
+    "same stage": Rule("missing one of two that do the same",
                 {"starts.NonlinearCheck._same_stage": Always([])}),
-    "takeover": Rule("parameters that hide an effect",
+    "nuisance restart": Rule("parameters that hide an effect",
                      {"starts.NuisanceRestart.starts": Always([])}),
-    "stood in for": Rule("parameters that stand in for an effect which explains nothing then",
+    "masked by nuisance": Rule("parameters that stand in for an effect which explains nothing then",
                          {"starts.NonlinearCheck.masked_by_nuisance": _likely}),
     "pushed": Rule("a refit that stopped at a kink",
                    {"refits.CandidateRefits._pushed": _as_it_is}),
     "same place": Rule("a name for friction that ripples along the stroke",
                        {"estimation.map_fit.places_of": _nowhere}),
     # what belongs to the law of an effect in the model
-    "overshadowed": Rule("a further name for what a law leaves",
+    "named law explains more": Rule("a further name for what a law leaves",
                          {"law_form.own_law_explains_more": Always(False)}),
     "one sensor": Rule("two errors of one sensor for one",
                        {"law_form._of_same_sensor": Always(False)}),
-    "tried elsewhere": Rule("silence about what acts elsewhere than a law that does not fit",
+    "tried elsewhere": Rule("no name for an effect in another balance than that of a misfit",
                             {"search.untried_independent": Always([])}),
-    "stands beside": Rule("silence about a further effect next to a foreign law",
+    "independent of named laws": Rule("no name for a further effect next to a misfitting law",
                           {"law_form.independent_of_named_laws": lambda *_: False}),
-    "apart": Rule("silence about a sensor's small error, apart from a law that does not fit",
-                  {"law_form._independent": Always(False)}),
+    "independent sensor error": Rule("no name for a small sensor error, away from a misfit",
+                                     {"law_form._independent": Always(False)}),
     # whether the law of what was named fits, and what remains
-    "other law": Rule("a foreign law passed off as the catalogue's",
+    "other law": Rule("another law reported as the catalogue's",
                       {"discrepancies.LAW_TOLERANCE": ALL}, ("discrepancies.LAW_ERROR_SIZES",)),
-    "sizes apart": Rule("a law of another form that no free term shows",
+    "heterogeneous estimates": Rule("a law of another form that no free term shows",
                         {"search.heterogeneous_estimates": Always({})}),
-    "displaced": Rule("friction of another form passed off as what takes the place of dry friction",
+    "displaced": Rule("friction of another form reported as mixed friction",
                       {"search.displacing": Always({})}),
-    "left in place": Rule("a foreign law passed off as the catalogue's, or a value as certain",
+    "rejected in place": Rule("another law reported as the catalogue's, or its value as certain",
                           {"search.rejected_in_place": Always({})}),
-    "between": Rule("one of two laws for what lies between", {"search.mixed_laws": Always({})}),
-    "noticeable": Rule("a word on ripple that every machine has",
+    "mixed laws": Rule("one of two laws for what lies between", {"search.mixed_laws": Always({})}),
+    "noticeable": Rule("a flag for ripple that every machine has",
                        {"progress.NOTICEABLE": 0.0, "discrepancies.NOTICEABLE": 0.0},
                        ("discrepancies.VARIANCE_SHARES", "discrepancies.SMOOTH")),
     # what is taken back
-    "led to better": Rule("a name for what ordinary parameters explain elsewhere",
+    "better base": Rule("a name for what ordinary parameters explain elsewhere",
                           {"search.Searcher._better_base": Always(False)}),
-    "faint": Rule("a name for ripple", {"search.weak_effects": Always([])}),
+    "weak effects": Rule("a name for ripple", {"search.weak_effects": Always([])}),
     "re-examined": Rule("an early name that a later one explains",
                         {"search.drop_superfluous": _nothing}),
     # effects that data do not separate
-    "alike": Rule("one name where data show a class", {"search.rivals_of": Always(([], None))}),
-    "alike in the end": Rule("a class that the whole model separates",
+    "indistinguishable": Rule("one name where data show a class",
+                              {"search.rivals_of": Always(([], None))}),
+    "confirmed rivals": Rule("a class that the whole model separates",
                              {"conclusion.conclude.confirmed_rivals": _all_of_them}),
     "near rivals": Rule("the wrong one of two laws that both miss",
                         {"conclusion.conclude.near_rivals": Always({})}),

@@ -48,7 +48,7 @@ def test_a_rule_is_counted_by_the_answers_that_change_without_it() -> None:
     answers = {(name, WITH_ALL): answer for name, answer in right.items()}
     answers[names[0], "chance"] = replace(right[names[0]], named=())
     deciding = dict(zip(names, map(frozenset, (["chance"], ["chance"], [])), strict=True))
-    both = f"chance{AND}faint"
+    both = f"chance{AND}weak effects"
     answers[names[1], both] = right[names[1]]
     table = report(Kept(answers, deciding), {c.name: c for c in cases}).splitlines()
     (line,) = [row for row in table if row.startswith(f"| {both} |")]

@@ -29,7 +29,7 @@ def test_a_judgement_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
     fit = Fit([], np.zeros(0), np.ones(10), np.zeros((10, 0)), 10.0)
     round_ = Round(fit, [], [], [])
     monkeypatch.setattr(search, "judge", _accepting)
-    with deciding(["left by a law", "outshone"]) as rules:
+    with deciding(["left by a law", "free term explains more"]) as rules:
         search.judge(Search([]), round_)
     assert not round_.accepted
     assert rules == {"left by a law"}
@@ -41,10 +41,10 @@ def _accepting(_: Search, decided: Round) -> None:
 
 
 def test_a_function_decides_if_its_result_differs() -> None:
-    """An empty list of faint effects is the result of a rule that does not object."""
+    """An empty list of weak effects is the result of a rule that does not object."""
     fit = Fit([], np.zeros(0), np.ones(10), np.zeros((10, 0)), 10.0)
     finished = Search([], rounds=[Round(fit, [], [], [])])
-    with deciding(["faint"]) as rules:
+    with deciding(["weak effects"]) as rules:
         assert search.weak_effects(finished) == []
     assert rules == set()
 

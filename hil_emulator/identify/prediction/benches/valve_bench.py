@@ -86,8 +86,8 @@ def bench(model: PlantModel, experiments: Sequence[Experiment]) -> tuple[ValveBe
         for name in ("pressure_a", "pressure_b"):
             if name in names and not _closed(e, name, model):
                 return None, (
-                    f"{e.name}: nor does {name} follow the valve as in a closed volume of the "
-                    "configured size, which a rod at rest or blocked ports would give"
+                    f"{e.name}: {name} does not follow the valve either, as in a closed volume of "
+                    "the configured size (rod at rest or blocked ports)"
                 )
     return ValveBench(model, names), ""
 

@@ -1,4 +1,4 @@
-"""The extended Kalman filter that finds the gains."""
+"""Extended Kalman filter, which computes the gains."""
 
 from typing import NamedTuple
 
@@ -30,24 +30,24 @@ from hil_emulator.identify.prediction.model_run.small_matrices import (
 
 
 class Estimate(NamedTuple):
-    """What a filter knows of z, and of one sample.
+    """Covariance of z, and memory for one update.
 
     Attributes:
         cov: covariance of z.
-        present: which readings there are.
-        seen: derivative by z of the readings that were measured; memory for that shape.
-        spread: the same.
-        innovation: covariance of the errors.
+        present: mask of present readings.
+        slope_present: memory for the derivative of the present readings by z.
+        spread: memory of the same shape.
+        innovation: covariance S of the innovations.
         before: memory for products of covariances.
-        work: the same.
-        gain: of the sample's measurement.
-        whitening: L with S^-1 = L L^T of that.
+        work: memory for products of covariances.
+        gain: Kalman gain of the sample.
+        whitening: L with S^-1 = L L^T.
 
     """
 
     cov: Array
     present: Mask
-    seen: Array
+    slope_present: Array
     spread: Array
     innovation: Array
     before: Array
@@ -57,7 +57,7 @@ class Estimate(NamedTuple):
 
 
 def estimate_of(covariance: Array, chosen: int) -> Estimate:
-    """Return what a filter knows at its start."""
+    """Return the estimate at the start of a filter."""
     n, m = len(covariance), chosen
     return Estimate(
         covariance.copy(), np.ones(m, np.bool_), np.zeros((m, n)), np.zeros((m, n)),
@@ -65,14 +65,18 @@ def estimate_of(covariance: Array, chosen: int) -> Estimate:
     )  # fmt: skip
 
 
-def update(estimate: Estimate, slope: Array, noise: Array, held: int) -> None:
-    """Update the covariance by a measurement, whose gain and whitening are kept in the estimate.
+def update(estimate: Estimate, slope: Array, noise: Array, considered: int) -> None:
+    """Update the covariance by a measurement, and store its gain and whitening.
 
-    Element `held` of z, -1 for none, counts as uncertain but is not corrected (Schmidt): it keeps
-    its variance, and all else is as if it were corrected. `slope` is the derivative of the readings
-    by z.
+    Args:
+        estimate: updated in place.
+        slope: derivative of the readings by z.
+        noise: variance of each reading.
+        considered: index of an element of z that is uncertain but not corrected (a consider state,
+            Schmidt); -1 without such an element.
+
     """
-    cov, present, h, hp = estimate.cov, estimate.present, estimate.seen, estimate.spread
+    cov, present, h, hp = estimate.cov, estimate.present, estimate.slope_present, estimate.spread
     s, (m, n) = estimate.innovation, slope.shape
     gain, whitening = estimate.gain, estimate.whitening
     for i in range(m):
@@ -82,33 +86,42 @@ def update(estimate: Estimate, slope: Array, noise: Array, held: int) -> None:
     for i in range(m):
         s[i, i] += noise[i]
     root_of_inverse(s, whitening)
-    # S^-1 = L L^T: what is told is the square of L^T H P
+    # S^-1 = L L^T: the covariance is reduced by (L^T H P)^T (L^T H P)
     multiply(whitening.T, hp, h)
     multiply(h.T, whitening.T, gain)
     for a in range(n):
         for b in range(a + 1):
-            told = 0.0
+            reduction = 0.0
             for i in range(m):
-                told += h[i, a] * h[i, b]
-            if a != held or b != held:
-                cov[a, b] -= told
+                reduction += h[i, a] * h[i, b]
+            if a != considered or b != considered:
+                cov[a, b] -= reduction
                 cov[b, a] = cov[a, b]
-    if held >= 0:
+    if considered >= 0:
         for i in range(m):
-            gain[held, i] = 0.0
+            gain[considered, i] = 0.0
 
 
 def spread(
     estimate: Estimate, onward: Array, tuning: Tuning, unknown: float, settling: bool
 ) -> None:
-    """Carry the covariance to the next sample, whose mean current had a variance of its own."""
+    """Propagate the covariance to the next sample.
+
+    Args:
+        estimate: propagated in place.
+        onward: derivative of the next z by z.
+        tuning: process noise.
+        unknown: variance of the mean current over the period.
+        settling: whether the spool is as uncertain as at the start.
+
+    """
     cov, before = estimate.cov, estimate.before
     n, drift = len(cov), len(cov) - 2
     duplicate(cov, before)
     congruence(onward, before, estimate.work, cov)
     for i in range(n):
         cov[i, i] += tuning.diffusion[i]
-    # another current would have acted as the null's drift does, but only in this period
+    # an error of the current acts like the null drift, but only in this period
     for i in range(drift):
         for j in range(drift):
             cov[i, j] += onward[i, drift] * unknown * onward[j, drift]
@@ -121,9 +134,9 @@ def filter_samples(
     passage: Passage, tuning: Tuning, noise: Array, estimate: Estimate, slopes: Slopes,
     gains: Gains, jacobians: Jacobians, predicted: Array,
 ) -> None:  # fmt: skip
-    """Run the filter along a recording; arguments and results as of `linearise`.
+    """Run the filter along a recording; arguments and results as for `linearise`.
 
-    Where z is to be predicted, gains are found, and by given ones the model is corrected otherwise.
+    The gains are computed if `predicted` has rows; otherwise the given gains correct the model.
     """
     run, instruments, data = passage.run, passage.instruments, passage.data
     first, finds = slopes.onward.shape[1] - jacobians.maps.shape[2], len(predicted) > 0
@@ -150,16 +163,16 @@ def filter_samples(
 def measure(
     data: Data, k: int, tuning: Tuning, noise: Array, estimate: Estimate, slopes: Slopes
 ) -> None:
-    """Learn what a sample tells."""
+    """Update the estimate by the readings of a sample."""
     set_secant(slopes, estimate, tuning)
     for i in range(len(data.chosen)):
         estimate.present[i] = np.isfinite(data.measured[k, i])
-    held = len(estimate.cov) - 2 if data.settling[k] else -1
-    update(estimate, slopes.readings, noise, held)
+    considered = len(estimate.cov) - 2 if data.settling[k] else -1
+    update(estimate, slopes.readings, noise, considered)
 
 
 def set_secant(slopes: Slopes, estimate: Estimate, tuning: Tuning) -> None:
-    """Make the secant of the velocity as wide as that is uncertain, within bounds."""
+    """Set the width of the velocity's secant to its standard deviation, within bounds."""
     deviation = np.sqrt(max(estimate.cov[slopes.speed, slopes.speed], 0.0))
     slopes.secant[0] = min(max(tuning.secant[0], deviation), tuning.secant[1])
 
@@ -171,15 +184,14 @@ def linearise(
     """Run the extended Kalman filter, with Jacobians as of `elapse_linearly`.
 
     Arguments as in `innovations.predict`, and:
-        tuning: what it takes for granted. The secant of the velocity is as wide as its deviation,
-            within bounds. What a dead time still held when the recording began is not known: the
-            spool settles. The null, which samples that count for nothing would teach, waits for
-            those that do.
+        tuning: initial covariance and process noise. The spool stays uncertain while the content
+            of a dead time at the start of the recording is unknown. Excluded samples do not
+            correct the null drift.
         noise: variance of each chosen channel.
-        gains: overwritten, unless nothing is predicted.
-        predicted: z as it was predicted for each sample, shape (samples, z); overwritten. Without
-            rows, the run is repeated with the gains.
-        probes: parameters by which Jacobians are wanted; none stand for z.
+        gains: overwritten if `predicted` has rows.
+        predicted: receives the predicted z of each sample, shape (samples, z). Without rows, the
+            run is repeated with the given gains.
+        probes: parameters of the Jacobians; empty for z.
 
     """
     count, n, m = len(data.current), len(start.z), len(data.chosen)

@@ -1,4 +1,4 @@
-"""The model without correction between restarts: the errors of the free run, compiled."""
+"""Errors of a free run: the model without corrections between restarts, compiled."""
 
 import numpy as np
 
@@ -14,11 +14,11 @@ from hil_emulator.identify.prediction.model_run.records import (
 )
 from hil_emulator.identify.prediction.model_run.run import (
     begin,
-    beside,
     correct,
     elapse,
     follow,
     install,
+    second_run,
 )
 from hil_emulator.identify.prediction.model_run.small_matrices import congruence, copy, multiply
 
@@ -26,10 +26,10 @@ from hil_emulator.identify.prediction.model_run.small_matrices import congruence
 def run_freely(
     model: ParametrisedModel, data: Data, start: Start, gains: Gains, restarts: Restarts
 ) -> Errors:
-    """Run the frozen predictor, and beside it the free run that it restarts.
+    """Run the frozen predictor together with a free run that restarts from its state.
 
     Arguments as in `innovations.predict`, and:
-        restarts: when.
+        restarts: samples of the restarts.
 
     """
     current, measured, chosen = data.current, data.measured, data.chosen
@@ -41,7 +41,7 @@ def run_freely(
     one, free = errors.one, errors.free
     run = begin(model, start, current[0])
     instruments = install(model, run.signals, run.path, data.period)
-    loose = beside(run)
+    loose = second_run(run)
     loose_instruments = install(model, loose.signals, loose.path, data.period)
     error = np.zeros(len(chosen))
     for k in range(len(current)):
@@ -70,18 +70,17 @@ def carry(
     gains: Gains, jacobians: Jacobians, noise: Array, unknown: Array, diffusion: Array,
     restarts: Restarts, one: Array, free: Array,
 ) -> None:  # fmt: skip
-    """Carry the covariance of the predictor's error, and of the free run, by source.
+    """Propagate the error covariances of the predictor and of the free run, by source.
 
     Args:
         gains: the frozen gains.
         jacobians: along the predictor's trajectory.
         noise: variance of each channel.
-        unknown: variance of the mean current over each period; it counts as noise does.
-        diffusion: variance that each source but the first gives each state in a sample,
-            shape (sources - 1, z).
+        unknown: variance of the mean current over each period, part of the first source.
+        diffusion: process noise of each further source per sample, shape (sources - 1, z).
         restarts: of the free run.
-        one: variance of the reading's error, shape (sources, samples, channels); overwritten.
-        free: the same in the free run; overwritten.
+        one: receives the variance of the reading's error, shape (sources, samples, channels).
+        free: receives the same for the free run.
 
     """
     kalman, maps, senses = gains.kalman, jacobians.maps, jacobians.senses
@@ -89,7 +88,7 @@ def carry(
     drift = n - 2
     cov, loose = np.zeros((len(one), n, n)), np.zeros((len(one), n, n))
     kept, pushed = np.zeros((n, n)), np.zeros(n)
-    seen, work, before = np.zeros((m, n)), np.zeros((n, n)), np.zeros((n, n))
+    product, work, before = np.zeros((m, n)), np.zeros((n, n)), np.zeros((n, n))
     for k in range(count - 1):
         if k >= restarts.first and (k - restarts.first) % restarts.window == 0:
             copy(cov.ravel(), loose.ravel())
@@ -102,16 +101,16 @@ def carry(
                 for i in range(n):
                     cov[s, i, i] += diffusion[s - 1, i]
                     loose[s, i, i] += diffusion[s - 1, i]
-            show(senses[k], cov[s], seen, one[s, k + 1])
-            show(senses[k], loose[s], seen, free[s, k + 1])
+            show(senses[k], cov[s], product, one[s, k + 1])
+            show(senses[k], loose[s], product, free[s, k + 1])
             copy(cov[s].ravel(), before.ravel())
             congruence(kept, before, work, cov[s])
             copy(loose[s].ravel(), before.ravel())
             congruence(maps[k], before, work, loose[s])
         for c in range(m):
-            own = noise[c] + unknown[k] * senses[k, c, drift] ** 2
-            one[0, k + 1, c] += own
-            free[0, k + 1, c] += own
+            variance = noise[c] + unknown[k] * senses[k, c, drift] ** 2
+            one[0, k + 1, c] += variance
+            free[0, k + 1, c] += variance
         for i in range(n):
             pushed[i] = maps[k, i, drift] if i < drift else 0.0
         widen(loose[0], pushed, unknown[k])
@@ -125,17 +124,17 @@ def carry(
             widen(cov[0], pushed, noise[c])
 
 
-def show(senses: Array, cov: Array, seen: Array, variance: Array) -> None:
-    """Fill the variance that a state of some covariance gives each channel; `seen` is work."""
-    multiply(senses, cov, seen)
+def show(senses: Array, cov: Array, product: Array, variance: Array) -> None:
+    """Compute the variance of each channel for a covariance of z; `product` is memory."""
+    multiply(senses, cov, product)
     for c in range(senses.shape[0]):
         variance[c] = 0.0
         for i in range(senses.shape[1]):
-            variance[c] += seen[c, i] * senses[c, i]
+            variance[c] += product[c, i] * senses[c, i]
 
 
 def widen(cov: Array, direction: Array, variance: float) -> None:
-    """Add what varies along one direction to a covariance."""
+    """Add a variance along one direction to a covariance."""
     for i in range(len(cov)):
         for j in range(len(cov)):
             cov[i, j] += variance * direction[i] * direction[j]

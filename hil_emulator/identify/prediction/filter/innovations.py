@@ -1,8 +1,8 @@
-"""The predictor: a Kalman filter through the compiled model, and its frozen repetition.
+"""Predictor with frozen Kalman gains, which computes the innovations.
 
-Innovations of a predictor with process noise are immune to slow drift, which free-running
-simulation adds up to many times the sensors' noise. The gains are computed once per fit and then
-frozen, so that the innovations are an ordinary function of the parameters.
+A predictor with process noise corrects slow drift, whose effect in a simulation grows to many times
+the sensor noise. The gains are computed once per fit and then frozen, so that the innovations are a
+smooth function of the parameters.
 """
 
 from hil_emulator.identify.measured.experiment import Array, Index
@@ -10,7 +10,7 @@ from hil_emulator.identify.prediction.model_run.records import (
     Data,
     Gains,
     ParametrisedModel,
-    Seen,
+    SensorInputs,
     Start,
 )
 from hil_emulator.identify.prediction.model_run.run import (
@@ -31,37 +31,37 @@ DISTURBANCES = 2
 
 def predict(
     model: ParametrisedModel, data: Data, start: Start, gains: Gains, residual: Array,
-    track: Array, seen: Seen,
+    track: Array, recorded_inputs: SensorInputs,
 ) -> None:  # fmt: skip
     """Run the frozen predictor.
 
     Args:
-        model: at the parameters in question.
+        model: with its parameters.
         data: the experiment.
-        start: where it begins.
-        gains: the frozen gains.
-        residual: whitened innovations, shape (samples, chosen); overwritten.
-        track: predicted signals, shape (samples, signals); overwritten, unless it is one row.
-        seen: what sensors met; overwritten, unless it has no samples.
+        start: of the run.
+        gains: frozen gains.
+        residual: receives the whitened innovations, shape (samples, chosen).
+        track: receives the predicted signals, shape (samples, signals), unless it has one row.
+        recorded_inputs: receives the inputs of the sensors, unless it has no samples.
 
     """
-    predict_samples(enter(model, data, start), gains, residual, track, seen)
+    predict_samples(enter(model, data, start), gains, residual, track, recorded_inputs)
 
 
 def predict_samples(
-    passage: Passage, gains: Gains, residual: Array, track: Array, seen: Seen
+    passage: Passage, gains: Gains, residual: Array, track: Array, recorded_inputs: SensorInputs
 ) -> None:
-    """Predict all samples; arguments and results as of `predict`."""
+    """Predict all samples; arguments and results as for `predict`."""
     run, instruments, current = passage.run, passage.instruments, passage.data.current
-    error, whitening, watches = passage.error, gains.whitening, len(seen.reading) > 0
+    error, whitening, watches = passage.error, gains.whitening, len(recorded_inputs.reading) > 0
     for k in range(len(current)):
         if watches:
-            pick(run, seen.watched, seen.signals[k])
-            duplicate(run.path, seen.path[k])
+            pick(run, recorded_inputs.watched, recorded_inputs.signals[k])
+            duplicate(run.path, recorded_inputs.path[k])
         passage.sense(*instruments)
         if watches:
             for i in range(len(error)):
-                seen.reading[k, i] = instruments.reading[passage.data.chosen[i]]
+                recorded_inputs.reading[k, i] = instruments.reading[passage.data.chosen[i]]
         compare(passage, k)
         for i in range(len(error)):
             whitened = 0.0
@@ -74,13 +74,13 @@ def predict_samples(
         correct(run, instruments, gains.kalman[k], error)
         if watches:
             advance(run, run.steps, run.inputs[0], 0)
-            pick(run, seen.watched, seen.corrected[k])
+            pick(run, recorded_inputs.watched, recorded_inputs.corrected[k])
         elapse(run, current[k], passage.steps)
         if watches:
             refine(run)
 
 
 def pick(run: Run, watched: Index, signals: Array) -> None:
-    """Fill in some of a run's signals."""
+    """Copy the watched signals of a run."""
     for i in range(len(watched)):
         signals[i] = run.signals[watched[i]]

@@ -1,4 +1,4 @@
-"""What a small term in a balance does to the innovations: along the base trajectory, linearly."""
+"""Linear propagation of small terms in the balances to the innovations, along a trajectory."""
 
 from typing import NamedTuple
 
@@ -8,13 +8,13 @@ from hil_emulator.identify.measured.experiment import Array, Single
 from hil_emulator.identify.prediction.model_run.records import Entries, Gains, Jacobians
 from hil_emulator.identify.prediction.model_run.small_matrices import multiply_eights
 
-FAINTEST = 1e-16
-"""Changes below are none: a processor takes ten times as long for numbers so small that they lose
-digits, and products of two of these in single precision would; it has them down to 1.2e-38."""
+SMALLEST = 1e-16
+"""Changes below this are set to zero. Their products would be subnormal in single precision, below
+1.2e-38, and ten times slower."""
 
 
 class Changes(NamedTuple):
-    """What terms change in one sample, shape (..., terms), their number rounded up to eights.
+    """Changes by terms in one sample, shape (..., terms), padded to a multiple of eight terms.
 
     Attributes:
         dz: of z.
@@ -34,19 +34,17 @@ def propagate(
     gains: Gains, jacobians: Jacobians, entry: Entries, inputs: Array, outputs: Array,
     columns: Single,
 ) -> None:  # fmt: skip
-    """Fill a residual's derivatives by small terms that act along the base trajectory.
-
-    All of them at once, in eights.
+    """Compute the derivatives of the residual by small terms along the base trajectory.
 
     Args:
-        gains: the frozen gains.
+        gains: frozen gains.
         jacobians: along the base trajectory.
-        entry: where the terms enter.
-        inputs: what each adds there, shape (samples, terms); without rows, nothing.
-        outputs: what each adds to the readings, shape (samples, chosen, terms); without rows,
-            nothing.
-        columns: derivatives of the whitened innovations, shape (terms, samples, chosen);
-            overwritten.
+        entry: derivatives of z and readings by a term.
+        inputs: each term along the trajectory, shape (samples, terms); without rows, zero.
+        outputs: direct additions to the readings, shape (samples, chosen, terms); without rows,
+            zero.
+        columns: receives the derivatives of the whitened innovations, shape (terms, samples,
+            chosen).
 
     """
     n, m = gains.kalman.shape[1:]
@@ -61,7 +59,7 @@ def propagate_samples(
     gains: Gains, jacobians: Jacobians, entry: Entries, inputs: Array, outputs: Array,
     changes: Changes, columns: Single,
 ) -> None:  # fmt: skip
-    """Propagate along all samples; arguments and results as of `propagate`."""
+    """Propagate along all samples; arguments and results as for `propagate`."""
     dz, after, dy, whitened = changes
     n, m, terms = len(dz), len(dy), len(columns)
     drives, feeds = entry.drives, entry.feeds
@@ -74,7 +72,7 @@ def propagate_samples(
         for t in range(terms):
             for i in range(m):
                 change = whitened[i, t]
-                columns[t, k, i] = change if abs(change) > FAINTEST else 0.0
+                columns[t, k, i] = change if abs(change) > SMALLEST else 0.0
         multiply_eights(gains.kalman[k], dy, -1.0, 1.0, dz)
         multiply_eights(jacobians.maps[k], dz, 1.0, 0.0, after)
         multiply_eights(jacobians.senses[k], dz, 1.0, 0.0, dy)

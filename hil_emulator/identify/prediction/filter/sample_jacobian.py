@@ -1,11 +1,11 @@
-"""The Jacobian of one sample period, by which the extended Kalman filter propagates covariance.
+"""Jacobian of one sample period, with which the extended Kalman filter propagates its covariance.
 
 It follows from the Jacobian of the rates (`transition`), with two exceptions:
 
-- While the rod hardly slides, friction changes within the uncertainty of the velocity. The model
-  runs a second time with the velocity changed by that uncertainty: a secant.
-- Where a chamber empties, gas becomes softer than oil within a fraction of the period. The model
-  runs once more for every change of the state.
+- At creep velocity, friction is strongly nonlinear within the uncertainty of the velocity. A second
+  run with the velocity changed by its standard deviation gives a secant.
+- In a nearly empty chamber the stiffness of the gas changes within the period. A second run per
+  state gives finite differences.
 """
 
 from hil_emulator.identify.measured.experiment import Array, Single
@@ -28,18 +28,18 @@ from hil_emulator.model.constants import SLIDING_BEND
 from hil_emulator.model.effects.oil import LARGEST_GAS_PRESSURE
 
 NEARLY_EMPTY = 2.0 * LARGEST_GAS_PRESSURE
-"""State of a chamber below which it is nearly empty [Pa] (assumed: at half of it gas may be as soft
-as oil, and a sample's period goes as far)."""
+"""State of a chamber below which it is nearly empty [Pa] (assumed: twice the pressure at which gas
+may be as soft as oil, which a period can cross)."""
 
 CREEPING = 2.0
-"""Velocity over the width of its secant below which friction bends within that (assumed)."""
+"""Velocity over the width of its secant below which the rod creeps (assumed)."""
 
 SLID = SLIDING_BEND - 0.2
-"""Bend of seals that slide: dry friction still grows by 0.3 %, tanh 3 over tanh 2.8."""
+"""Deflection of sliding seals: dry friction is within 0.3 % of its limit, tanh 3 over tanh 2.8."""
 
 
 def elapse_linearly(passage: Passage, k: int, slopes: Slopes) -> None:
-    """Let a sample's period pass, and find what a change at its begin comes to."""
+    """Advance by one sample period, and compute the Jacobian over it."""
     run, currents, onward = passage.run, passage.data.current[k], slopes.onward
     follow(passage.corrected, run)
     for i in range(len(onward)):
@@ -63,7 +63,7 @@ def elapse_linearly(passage: Passage, k: int, slopes: Slopes) -> None:
 
 
 def empties(slopes: Slopes, before: Array, after: Array) -> bool:
-    """Tell whether a chamber is nearly empty."""
+    """Return whether a chamber is nearly empty."""
     lowest = NEARLY_EMPTY
     for i in slopes.chambers:
         lowest = min(lowest, before[i], after[i])
@@ -71,7 +71,7 @@ def empties(slopes: Slopes, before: Array, after: Array) -> bool:
 
 
 def creeps(slopes: Slopes, before: Array, after: Array, bend: int) -> bool:
-    """Tell whether friction bends within the secant of the velocity."""
+    """Return whether friction is strongly nonlinear within the secant of the velocity."""
     v0, v1 = before[slopes.speed], after[slopes.speed]
     if v0 * v1 < 0.0 or min(abs(v0), abs(v1)) < CREEPING * slopes.secant[0]:
         return True
@@ -79,7 +79,7 @@ def creeps(slopes: Slopes, before: Array, after: Array, bend: int) -> bool:
 
 
 def move_on(passage: Passage, k: int, slopes: Slopes, j: int, width: float) -> None:
-    """Find what a change of some width comes to: the model runs once more."""
+    """Compute column `j` of the Jacobian from a second run with that element changed."""
     run, moved, data = passage.run, passage.moved, passage.data
     follow(moved, passage.corrected)
     place, here = 0, moved.par[0]
@@ -99,7 +99,7 @@ def move_on(passage: Passage, k: int, slopes: Slopes, j: int, width: float) -> N
 
 
 def read_widely(passage: Passage, slopes: Slopes) -> None:
-    """Let readings, too, tell the velocity by its secant."""
+    """Replace the readings' derivative by the velocity with a secant."""
     run, chosen, width = passage.run, passage.data.chosen, slopes.secant[0]
     place = run.active[slopes.speed]
     here = run.memory[place]
@@ -113,7 +113,7 @@ def read_widely(passage: Passage, slopes: Slopes) -> None:
 
 
 def note(slopes: Slopes, first: int, maps: Single, senses: Single) -> None:
-    """Note the derivatives of the next z and readings by changes from the first one on."""
+    """Store the derivatives of the next z and readings by elements from index `first` on."""
     for j in range(maps.shape[1]):
         for i in range(len(maps)):
             maps[i, j] = slopes.onward[i, first + j]

@@ -1,11 +1,10 @@
-"""How a small change grows until the next sample: the transition matrix of a run.
+"""Transition matrix of a run from one sample to the next.
 
-Differences of the model's rates tell A = dx'/dx at every moment, of the states x by themselves and
-by some parameters; between two moments the mean of both holds. A step of width h maps a change by
-the Padé approximant of exp(h A) that is of third order and L-stable, (1 + s/3)/(1 - 2s/3 + s²/6)
-(Ehle 1969; Hairer and Wanner, Solving Ordinary Differential Equations II, IV.3): what is too fast
-for a step is forgotten in it, as the seals' bend is once they slide, where the polynomial of
-Runge-Kutta would let it grow.
+Finite differences of the model's rates give A = dx'/dx by the states x and by some parameters;
+between two evaluations their mean is used. The map over a step h is the third-order L-stable Padé
+approximant of exp(h A), (1 + s/3)/(1 - 2s/3 + s²/6) (Ehle 1969; Hairer and Wanner, Solving Ordinary
+Differential Equations II, IV.3). It damps modes that are too fast for the step, such as the
+deflection of sliding seals, for which the stability polynomial of Runge-Kutta would diverge.
 """
 
 from typing import NamedTuple
@@ -19,27 +18,27 @@ from hil_emulator.identify.prediction.model_run.small_matrices import divide, du
 
 
 class Slopes(NamedTuple):
-    """Derivatives by what changes: the n states of z, then parameters that stay or fade.
+    """Derivatives by the elements: n states of z, then parameters that stay constant or decay.
 
     Attributes:
         places: indices of these parameters in `par`.
-        kept: what remains of each after a part of a period.
-        widths: steps of the differences, shape (changes,).
-        rates: derivative of the states' rates, shape (n, changes).
-        before: the same at the moment before.
-        readings: derivative of the readings, shape (chosen, changes).
-        onward: derivative of what changes by what it was when the period began, shape
-            (changes, changes).
-        sensed: derivative of the readings by the same, shape (chosen, changes).
+        kept: decay of each parameter over a part of a period.
+        widths: steps of the differences, shape (elements,).
+        rates: derivative of the states' rates, shape (n, elements).
+        before: the same at the previous evaluation.
+        readings: derivative of the readings, shape (chosen, elements).
+        onward: derivative of the elements by their values at the start of the period, shape
+            (elements, elements).
+        sensed: derivative of the readings by the same values, shape (chosen, elements).
         speed: index of the velocity in z.
         chambers: indices of the chambers' states in z.
-        secant: step of its wide difference, 0 for none, shape (1,).
+        secant: step of the velocity's secant, 0 without, shape (1,).
         still: rates of all states.
-        moved: the same a width away.
+        moved: rates with one element changed.
         signals: the model's signals.
-        moved_signals: the same a width away.
-        scaled: memory for products, shape (n, changes).
-        step: the same.
+        moved_signals: signals with one element changed.
+        scaled: memory for products, shape (n, elements).
+        step: map over a step, shape (n, elements).
         left: memory for the left side of an equation, shape (n, n).
 
     """
@@ -71,8 +70,8 @@ def slopes_of(
 
     Args:
         model: whose rates are differentiated.
-        start: whose active states count; the first of the parameters are its disturbances.
-        data: whose readings count.
+        start: with the active states; the first parameters are its disturbances.
+        data: with the chosen readings.
         places: indices of the parameters.
         widths: steps of the differences.
 
@@ -98,7 +97,7 @@ def slopes_of(
 
 
 def differentiate(passage: Passage, slopes: Slopes) -> None:
-    """Find the derivatives of rates and readings where a run is."""
+    """Compute the derivatives of rates and readings at the present state of a run."""
     run, chosen, widths = passage.run, passage.data.chosen, slopes.widths
     n, still, moved = len(run.active), slopes.still, slopes.moved
     duplicate(slopes.rates, slopes.before)
@@ -119,13 +118,13 @@ def differentiate(passage: Passage, slopes: Slopes) -> None:
 
 
 def map_part(slopes: Slopes, width: float, steps: int) -> None:
-    """Fill `step` with the map over some steps of a width [s]."""
+    """Compute `step`, the map over some steps of a width [s]."""
     x, step, left, widths = slopes.scaled, slopes.step, slopes.left, slopes.widths
     n, halvings = len(x), 0
     while 2**halvings < steps:
         halvings += 1
     width *= steps / 2**halvings
-    # in these units one pivot is as large as another
+    # scaled by the widths, so that pivots are of similar size
     for i in range(n):
         for j in range(x.shape[1]):
             mean = 0.5 * (slopes.before[i, j] + slopes.rates[i, j])
@@ -145,7 +144,7 @@ def map_part(slopes: Slopes, width: float, steps: int) -> None:
 
 
 def approximate(x: Array, left: Array, step: Array) -> None:
-    """Fill `step` with the approximant of exp(x), x = h A; overwrites `left`."""
+    """Compute `step`, the approximant of exp(x), x = h A; overwrites `left`."""
     n = len(x)
     for i in range(n):
         for j in range(x.shape[1]):
@@ -157,13 +156,13 @@ def approximate(x: Array, left: Array, step: Array) -> None:
                 left[i, j] = same - 2.0 / 3.0 * x[i, j] + square / 6.0
                 step[i, j] = same + x[i, j] / 3.0
             else:
-                # rows of parameters are zero: what these do is brought to the right side
+                # rows of parameters are zero; their influence is on the right side
                 step[i, j] = x[i, j] - square / 6.0
     divide(left, step)
 
 
 def carry_on(slopes: Slopes) -> None:
-    """Carry `onward` over the part whose map is `step`."""
+    """Multiply `onward` by the map `step` of a part of the period."""
     onward, step, after, n = slopes.onward, slopes.step, slopes.scaled, len(slopes.step)
     for i in range(n, len(onward)):
         for j in range(len(onward)):

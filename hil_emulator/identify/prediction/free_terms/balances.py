@@ -1,4 +1,4 @@
-"""The balances of the machine, and the terms that each of them may lack."""
+"""Balances of the machine, and the regressors of their free terms."""
 
 from dataclasses import dataclass
 
@@ -7,14 +7,14 @@ from hil_emulator.model import stages
 
 @dataclass(frozen=True)
 class Balance:
-    """An equation into which a term can be put.
+    """An equation to which a term can be added.
 
     Attributes:
-        name: in words; the model's stages name the same.
-        unit: unit of the term.
-        scale: size of a usual term.
+        name: in words, as in the model's stages.
+        unit: of the term.
+        scale: typical size of a term.
         probes: weight of each probe.
-        channel: the sensor channel, where the term is an error of a sensor.
+        channel: sensor channel, if the term is a sensor error; else "".
 
     """
 
@@ -57,5 +57,5 @@ TERMS: tuple[tuple[Balance, str], ...] = (
     (CELL, "time"), (CELL, "measured force"), (CELL, "pressure sum"),
     (RULER, "measured position"), (RULER, "velocity"), (RULER, "acceleration"),
 )  # fmt: skip
-"""Balance and regressor of every discrepancy term. The spool over time is missing: drift of the
-null, which every valve has, is a state of the predictor."""
+"""Balance and regressor of every free term. The spool over time is missing, since the null drift is
+a state of the predictor."""

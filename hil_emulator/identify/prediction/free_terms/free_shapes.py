@@ -1,7 +1,6 @@
-"""Free shapes: what a law of any form in any balance would do to the residuals.
+"""Free shapes: terms of any form, as hat functions of one regressor in one balance.
 
-A free shape is one balance and one regressor; hat functions of the regressor are put into the
-balance along the predicted trajectory.
+The hat functions are evaluated along the predicted trajectory.
 """
 
 from collections.abc import Collection, Iterator, Sequence
@@ -14,10 +13,10 @@ from hil_emulator.identify.prediction.free_terms.balances import PISTON, TERMS, 
 from hil_emulator.identify.prediction.free_terms.regressors import Regressors
 
 HATS = 6
-"""Hat functions of a shape."""
+"""Number of hat functions of a shape."""
 
 FINE = 24
-"""The same over the place along the stroke: a tight spot is as long as a seal."""
+"""Number of hat functions along the stroke, where a tight spot may be as short as a seal."""
 
 
 @dataclass(frozen=True)
@@ -25,9 +24,9 @@ class FreeShape:
     """A term of any shape.
 
     Attributes:
-        balance: where it sits.
-        regressor: what it depends on.
-        knots: values of the regressor at the tips of its hats.
+        balance: to which it is added.
+        regressor: of which it is a function.
+        knots: values of the regressor at the maxima of the hats.
 
     """
 
@@ -42,22 +41,22 @@ class FreeShape:
 
     @property
     def ripples(self) -> bool:
-        """Whether friction that every machine has changes over this, along the stroke."""
+        """Whether it is friction along the stroke, where ripple is usual."""
         return along_the_stroke(self.balance, self.regressor)
 
 
 def along_the_stroke(balance: Balance, regressor: str) -> bool:
-    """Tell whether a term over this is friction that changes along the stroke."""
+    """Return whether a term is friction that changes along the stroke."""
     return balance is PISTON and regressor.startswith("position")
 
 
 def shapes_along(
     balances: Collection[Balance], values: Sequence[Regressors]
 ) -> Iterator[FreeShape]:
-    """Yield the shapes over everything that the bench has and that does not stand still.
+    """Yield the shapes over all regressors that exist and vary.
 
     Args:
-        balances: those that the channels can show.
+        balances: whose terms change the channels.
         values: of the regressors in each experiment.
 
     """
@@ -78,7 +77,7 @@ def hats(values: Array, knots: Array) -> Array:
 
 
 def _knots(values: Array, count: int) -> Array | None:
-    """Return knots at the quantiles of a regressor; None for one that stands still."""
+    """Return knots between quantiles and an even grid of a regressor; None if it is constant."""
     spread = np.quantile(values, np.linspace(0.01, 0.99, count))
     if spread[-1] - spread[0] < 1e-12:
         return None

@@ -1,4 +1,4 @@
-"""What a discrepancy term may depend on: regressors along a predicted trajectory."""
+"""Regressors of free terms along a predicted trajectory."""
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
@@ -33,7 +33,7 @@ class Trajectory:
 
     @property
     def direction(self) -> Array:
-        """The sign of the velocity, smooth where the rod turns round."""
+        """The sign of the velocity, smoothed at reversals."""
         v = self["velocity"]
         return np.asarray(np.tanh(v / max(0.02 * float(np.max(np.abs(v))), 1e-4)))
 
@@ -52,20 +52,20 @@ class Trajectory:
         return np.asarray(np.gradient(self[name], self.period))
 
     def latest_rate(self, name: str, order: int = 1) -> Array:
-        """Return a derivative of what a sensor reads, over the last periods.
+        """Return a backward difference of a reading.
 
-        The next sample is predicted from this one's reading: a difference with it would resemble
-        the noise of that reading.
+        The prediction of the next sample uses this sample's reading; a difference with the next
+        one would be correlated with its noise.
         """
         values = self[name]
         before = np.full(order, values[0])
         return np.asarray(np.diff(values, order, prepend=before) / self.period**order)
 
     def read(self, channel: str) -> Array:
-        """Return what a sensor read last; what was predicted, where it read nothing.
+        """Return the previous reading of a sensor, or its prediction where it is missing.
 
-        Of a prediction that is right, the error depends on no earlier reading. On what is predicted
-        itself it does, if another sensor is wrong.
+        Errors of a correct prediction are independent of earlier readings, but not of the
+        prediction itself if another sensor has an error.
         """
         values = self[channel].copy()
         if channel in self.readings:
@@ -81,13 +81,13 @@ class Trajectory:
 
 @dataclass(frozen=True)
 class Regressor:
-    """One quantity over which a term is drawn.
+    """One argument of free terms.
 
     Attributes:
         name: in words.
         unit: SI unit.
-        arguments: names of a law's arguments by which it depends on this.
-        along: computes it.
+        arguments: names of the arguments of laws that depend on it.
+        along: computes it along a trajectory.
 
     """
 
@@ -143,7 +143,7 @@ REGRESSORS = {r.name: r for r in (
     _regressor("supply flow", "m^3/s", "flow", lambda t: t["supply_flow"]),
     _regressor("return flow", "m^3/s", "flow", lambda t: t["tank_flow"]),
 )}  # fmt: skip
-"""Everything a term may depend on, by name."""
+"""All regressors, by name."""
 
 
 def regressors(

@@ -1,4 +1,4 @@
-"""Which free terms may be a part of an effect's law: by balance, regressor and sensor channel."""
+"""Match of free terms with effects, by balance, regressor and sensor channel."""
 
 import inspect
 import math
@@ -11,34 +11,34 @@ from hil_emulator.model.stages import load
 
 
 class Term(Protocol):
-    """What a balance may lack over one regressor."""
+    """A term over one regressor in one balance."""
 
     @property
     def balance(self) -> Balance:
-        """Where it sits."""
+        """Balance of the term."""
 
     @property
     def regressor(self) -> str:
-        """What it depends on."""
+        """Regressor of the term."""
 
 
 def acts_in(coordinate: Coordinate, balance: Balance) -> bool:
-    """Tell whether the law of an effect acts in a balance, or in the channel that it is about."""
+    """Return whether the law of an effect acts in a balance or in its sensor channel."""
     if balance.channel or coordinate.channel:
         return coordinate.channel == balance.channel
     return coordinate.effect is not None and balance.name in coordinate.effect.stage.balances
 
 
 def depends_on(coordinate: Coordinate, regressor: str) -> bool:
-    """Tell whether the law of an effect depends on the regressor of a term."""
+    """Return whether the law of an effect depends on the regressor of a term."""
     effect, arguments = coordinate.effect, REGRESSORS[regressor].arguments
     return effect is not None and bool(arguments & set(inspect.signature(effect.law).parameters))
 
 
 def calibrates(term: Term, coordinate: Coordinate) -> bool:
-    """Tell whether a term is a calibration curve of which an error of that sensor is a shape.
+    """Return whether a term is a calibration curve that contains an effect of its sensor.
 
-    So are errors that change with the reading, and with nothing else.
+    The effect must depend on the reading, and on nothing else.
     """
     effect = coordinate.effect
     if effect is None or not is_curve(term) or not acts_in(coordinate, term.balance):
@@ -52,12 +52,12 @@ def calibrates(term: Term, coordinate: Coordinate) -> bool:
 
 
 def is_curve(term: Term) -> bool:
-    """Tell whether a term is what a sensor is off by, over its own reading."""
+    """Return whether a term is the error of a sensor over its own reading."""
     return bool(term.balance.channel) and "reading" in REGRESSORS[term.regressor].arguments
 
 
 def is_constant(coordinate: Coordinate) -> bool:
-    """Return whether an effect adds the same to a reading, or to the load's force, at any time."""
+    """Return whether an effect adds a constant to a reading or to the load's force."""
     effect = coordinate.effect
     if effect is None or not (coordinate.channel or effect.stage == load):
         return False
@@ -72,7 +72,7 @@ def is_constant(coordinate: Coordinate) -> bool:
 
 
 def is_part(term: Term, coordinate: Coordinate) -> bool:
-    """Tell whether a term, in the balance in which an effect acts, may be a part of its law."""
+    """Return whether a term in the balance of an effect may be a part of its law."""
     return acts_in(coordinate, term.balance) and (
         not is_curve(term) or calibrates(term, coordinate)
     )

@@ -1,8 +1,8 @@
-"""A slow sweep, each of its rows an equilibrium, compiled.
+"""Slow sweep with rows in equilibrium, compiled.
 
-A row is one step of the implicit Euler method as wide as the row: what is faster than the sweep is
-at rest at its end, and what remembers - the sides of a loop, the pressure in a port that is shut
-tight - goes on from the row before.
+Each row is one step of the implicit Euler method over its duration. States faster than the sweep
+reach equilibrium; states with memory, such as a hysteresis or the pressure in a blocked port,
+continue from the row before.
 """
 
 import numpy as np
@@ -18,26 +18,26 @@ from hil_emulator.identify.prediction.model_run.run import INPUT_COUNT, install
 from hil_emulator.identify.prediction.model_run.small_matrices import divide
 
 FINEST = 2.0**-10
-"""Least part of a row that is passed by itself (assumed): a current then steps by a millionth of a
-sweep of a thousand rows."""
+"""Smallest substep, as a share of a row (assumed): one millionth of a sweep of 1000 rows."""
 
 
 def implicit_step(
     rate: Rate, state: Array, par: Array, inputs: Array, signals: Array, solved: Unknowns,
     width: float,
 ) -> bool:  # fmt: skip
-    """Move the free states by one step of the implicit Euler method, by Newton's method.
+    """Advance the unknown states by one step of the implicit Euler method.
 
-    A step is halved while the next one, with the same Jacobian, would be no shorter. It ends where
-    a state has its least value: a root of a pressure difference would else be overshot by far.
+    Damped Newton method with a natural monotonicity test: a step is halved until the next
+    simplified step is shorter. States are limited to their smallest value, since the root of a
+    pressure difference may be overshot by far.
 
     Args:
-        rate: the model's derivative.
-        state: moved in place.
-        par: the plant's parameters.
+        rate: derivative of the model's state.
+        state: updated in place.
+        par: parameters of the plant.
         inputs: of the model.
         signals: overwritten.
-        solved: the states that move.
+        solved: unknown states.
         width: of the step [s].
 
     Returns:
@@ -70,7 +70,7 @@ def implicit_step(
             after[:, 0] = (before + width * rates[free] - state[free]) / scales
             work[:] = jacobian
             divide(work, after)
-            # never true of what is not a number
+            # False for NaN
             if np.max(np.abs(after)) <= (1.0 - 0.25 * part) * size:
                 break
             part *= 0.5
@@ -83,17 +83,17 @@ def pass_row(
     rate: Rate, state: Array, par: Array, inputs: Array, signals: Array, solved: Unknowns,
     width: float, current: float,
 ) -> None:  # fmt: skip
-    """Move the free states from one row to the next, in parts if one step does not converge.
+    """Advance the unknown states to the next row, in substeps if one step does not converge.
 
-    A row of which no part converges leaves the state as it was.
+    The state is unchanged if no substep converges.
 
     Args:
-        rate: the model's derivative.
-        state: moved in place.
-        par: the plant's parameters.
-        inputs: of the model, with the current of the row before; left with that of this row.
+        rate: derivative of the model's state.
+        state: updated in place.
+        par: parameters of the plant.
+        inputs: of the model, with the current of the row before; set to that of this row.
         signals: overwritten.
-        solved: the states that move.
+        solved: unknown states.
         width: of the row [s].
         current: of this row [A].
 
@@ -113,25 +113,25 @@ def pass_row(
 def sweep(
     model: ParametrisedModel, data: Sweep, start: Array, solved: Unknowns, probes: Index
 ) -> tuple[Array, Array]:
-    """Follow a sweep from row to row.
+    """Compute a sweep from row to row.
 
     Args:
-        model: the model at its parameters.
-        data: what is given in each row.
+        model: with its parameters.
+        data: inputs of each row.
         start: state before the first row.
-        solved: the states that are solved for.
-        probes: indices in `par` of the terms that `data` puts in.
+        solved: unknown states.
+        probes: indices in `par` of the terms in `data`.
 
     Returns:
-        What the sensors show, shape (rows, channels), and the signals, shape (rows, signals).
+        Readings, shape (rows, channels), and signals, shape (rows, signals).
 
     """
     rows = len(data.current)
     track = np.zeros((rows, model.signals))
     signals, inputs = np.zeros(model.signals), np.zeros(INPUT_COUNT)
-    # elements meet samples alone
-    met = np.empty((0, len(model.sources)))
-    instruments = install(model, signals, met, data.period)
+    # sensor inputs are constant within a row
+    no_path = np.empty((0, len(model.sources)))
+    instruments = install(model, signals, no_path, data.period)
     shown = np.zeros((rows, len(instruments.reading)))
     state, par = start.copy(), model.par.copy()
     rates = np.zeros(len(state))
@@ -139,7 +139,7 @@ def sweep(
         par[model.supply] = data.supply[k]
         par[probes] = data.terms[k]
         state[data.places] = data.given[k]
-        # before the first row there was time enough
+        # the first row starts in equilibrium
         width = data.period if k > 0 else 1e3
         pass_row(model.rate, state, par, inputs, signals, solved, width, data.current[k])
         model.rate(state, rates, par, inputs, signals)

@@ -1,7 +1,7 @@
-"""What the compiled loops take and give, by name; all of it SI.
+"""Named tuples for arguments and results of the compiled loops, in SI units.
 
-Numba passes a named tuple as cheaply as its fields. It has to be a class of a module: machine code
-that is kept for the next start finds it again by that name.
+Numba passes a named tuple at no extra cost. The class must belong to a module, since cached machine
+code finds it by its qualified name.
 """
 
 from collections.abc import Callable
@@ -23,22 +23,22 @@ class ParametrisedModel(NamedTuple):
     """The model at one set of parameters.
 
     Attributes:
-        tick: its integration, compiled for what acts there, see `ticks`.
-        rate: the derivative of its state.
-        sense: its sensor chain.
-        par: the plant's parameters.
-        chan: the transducers' parameters.
-        drift: index of the null's drift in `par`.
+        tick: integration, compiled for the acting effects, see `ticks`.
+        rate: derivative of the state.
+        sense: sensor chain.
+        par: parameters of the plant.
+        chan: parameters of the transducers.
+        drift: index of the null drift in `par`.
         supply: index of the supply pressure in `par`.
-        bend: index of the bend of the seals in the state vector.
-        velocity: index of the velocity there.
-        chambers: indices of the chambers' states there.
+        bend: index of the deflection of the seals in the state vector.
+        velocity: index of the velocity in the state vector.
+        chambers: indices of the chambers' states in the state vector.
         sources: index of each channel's signal.
-        remembered: how many values the set point, the transducers, and their histories remember.
-        traced: which of those of the transducers are quantities that an acting element follows,
-            and the indices of their signals, shape (traced, 2).
-        recorded: which of those of the histories are samples on which an acting law looks back,
-            and the indices of their signals, shape (recorded, 2).
+        remembered: sizes of the memories of set point, transducers and sample histories.
+        traced: indices in the transducers' memory of quantities that an acting element filters,
+            and of their signals, shape (traced, 2).
+        recorded: indices in the histories of samples that an acting law uses, and of their
+            signals, shape (recorded, 2).
         signals: number of signals.
         step: integration step [s].
         steps: integration steps in each part of a sample period that has a current of its own.
@@ -70,12 +70,11 @@ class Data(NamedTuple):
     Attributes:
         current: valve current after each sample, in equal parts of the period, shape
             (samples, parts) [A].
-        unknown: variance by which its mean over the period may be another one, shape (samples,)
-            [A^2].
+        unknown: variance of its mean over the period, shape (samples,) [A^2].
         measured: readings, shape (samples, chosen), NaN where missing.
-        chosen: the channels that were measured.
+        chosen: measured channels.
         period: sample period [s].
-        settling: samples that count for nothing, as the states settle.
+        settling: mask of samples that are excluded while the states settle.
 
     """
 
@@ -88,7 +87,7 @@ class Data(NamedTuple):
 
 
 class Start(NamedTuple):
-    """Where a run begins, and which states a filter follows.
+    """Initial state of a run, and the states of the filter.
 
     The augmented state z is the active states, then two Ornstein-Uhlenbeck disturbances: null drift
     of the valve [A] and deviation of the supply pressure [Pa].
@@ -97,7 +96,7 @@ class Start(NamedTuple):
         state: vector of all states.
         z: augmented state.
         active: indices in `state` of the states in z.
-        decay: what remains of the two disturbances after each of these parts.
+        decay: decay factors of the two disturbances over a part of a period.
 
     """
 
@@ -108,14 +107,15 @@ class Start(NamedTuple):
 
 
 class Tuning(NamedTuple):
-    """How uncertain the model is: what a filter takes for granted about one experiment.
+    """Uncertainty of the model in one experiment, for the filter.
 
     Attributes:
         covariance: of z at the start.
-        diffusion: variance that each element of z gains in a sample.
-        widths: steps of the differences by each element, shape (z,).
-        secant: smallest and largest step of that by velocity which counts while the rod creeps.
-        settling: samples for which the spool, the first two of z, is as uncertain as at first.
+        diffusion: process noise variance of each element of z per sample.
+        widths: steps of the finite differences by each element, shape (z,).
+        secant: smallest and largest step by the velocity at creep.
+        settling: samples in which the spool, the first two elements of z, is as uncertain as at
+            the start.
 
     """
 
@@ -127,7 +127,7 @@ class Tuning(NamedTuple):
 
 
 class Gains(NamedTuple):
-    """What turns errors into corrections and into innovations, in single precision.
+    """Gains of corrections and whitened innovations, in single precision.
 
     Attributes:
         kalman: Kalman gains, shape (samples, z, chosen).
@@ -140,9 +140,9 @@ class Gains(NamedTuple):
 
 
 class Jacobians(NamedTuple):
-    """What a change of the corrected z does within a sample, in single precision.
+    """Derivatives by the corrected z over a sample, in single precision.
 
-    Difference quotients are no more exact than that, and those of a long recording are large.
+    Finite differences are not more precise, and the arrays of long recordings are large.
 
     Attributes:
         maps: derivative of the next z, shape (samples, z, z).
@@ -155,9 +155,9 @@ class Jacobians(NamedTuple):
 
 
 class Entries(NamedTuple):
-    """What terms in the balances do within a sample, in single precision as `Jacobians` are.
+    """Derivatives by terms in the balances over a sample, in single precision.
 
-    Of a single term the last axis is missing.
+    The last axis is missing for a single term.
 
     Attributes:
         drives: derivative of the next z, shape (samples, z, terms).
@@ -169,15 +169,15 @@ class Entries(NamedTuple):
     feeds: Single
 
 
-class Seen(NamedTuple):
-    """What the sensors met along one run.
+class SensorInputs(NamedTuple):
+    """Inputs and readings of the sensors along one run.
 
     Attributes:
-        watched: indices of the signals that any sensor looks at.
+        watched: indices of the signals that the sensors use.
         signals: these signals at each sample, shape (samples, watched).
-        corrected: the same after its correction.
-        path: what their elements met since the last sample, shape (samples, instants, channels).
-        reading: what they showed, shape (samples, chosen).
+        corrected: these signals after the correction.
+        path: inputs of the elements since the last sample, shape (samples, instants, channels).
+        reading: readings, shape (samples, chosen).
 
     """
 
@@ -189,7 +189,7 @@ class Seen(NamedTuple):
 
 
 class Restarts(NamedTuple):
-    """When a free run starts anew from the filtered state.
+    """Restarts of a free run from the filtered state.
 
     Attributes:
         first: sample of the first restart.
@@ -202,7 +202,7 @@ class Restarts(NamedTuple):
 
 
 class Errors(NamedTuple):
-    """How far the readings are from the model, measured less predicted.
+    """Prediction errors: measured minus predicted.
 
     Attributes:
         one: one step ahead, shape (samples, chosen).
@@ -217,12 +217,12 @@ class Errors(NamedTuple):
 
 
 class Moments(NamedTuple):
-    """Measured states of a bench of forces.
+    """Measured states of a force bench.
 
     Attributes:
         states: shape (samples, states).
         acceleration: of the rod [m/s²], shape (samples,).
-        present: which are states of a rod that slides; the others are passed over.
+        present: mask of the states that are used.
 
     """
 
@@ -232,18 +232,18 @@ class Moments(NamedTuple):
 
 
 class Places(NamedTuple):
-    """Where the force balance finds its terms: indices among the signals, of the cell among them.
+    """Indices of the terms of the force balance among the signals.
 
     Attributes:
         hydraulic: hydraulic force.
         friction: friction force.
         stop: force of the cylinder's ends.
         load: force on the load.
-        resisting: force of the surroundings against the load.
+        resisting: external force on the load.
         rod_mass: mass ahead of the load cell.
         mass: index of the load's mass in `par`.
-        cell: the load cell among the channels.
-        driven: whether it measures the force that drives rod and load.
+        cell: index of the load cell among the channels.
+        driven: whether the cell measures the force that drives rod and load.
 
     """
 
@@ -259,11 +259,11 @@ class Places(NamedTuple):
 
 
 class Unknowns(NamedTuple):
-    """The states that are solved for.
+    """Unknown states of an equilibrium.
 
     Attributes:
         places: their indices in the state.
-        scales: a small deviation of each.
+        scales: typical small deviation of each.
         least: smallest value of each.
 
     """
@@ -279,9 +279,9 @@ class Sweep(NamedTuple):
     Attributes:
         current: valve current [A].
         supply: supply pressure [Pa].
-        given: states that are known, shape (rows, places).
-        places: indices in the state of those.
-        terms: terms that are put into balances, shape (rows, probes).
+        given: given states, shape (rows, places).
+        places: their indices in the state.
+        terms: terms in the balances, shape (rows, probes).
         period: between rows [s].
 
     """

@@ -1,4 +1,4 @@
-"""One run of the model along a recording: how every loop begins, proceeds and reads its sensors."""
+"""Run of the model along a recording: start, integration, sensors and corrections of all loops."""
 
 from typing import NamedTuple
 
@@ -22,32 +22,31 @@ INPUT_COUNT = len(INPUTS)
 
 
 class Run(NamedTuple):
-    """A run of the model: what moves in it, and what it needs for its next step.
+    """State of a run of the model, and memory for its next step.
 
     Attributes:
-        tick: its integration.
+        tick: integration of the model.
         z: augmented state, see `records.Start`.
-        memory: the state vector, on which the integrator works.
-        past: what the set point remembers.
-        signals: the model's signals at this state.
-        earlier: memory for what they were before a correction.
+        memory: state vector of the integrator.
+        past: memory of the set point.
+        signals: signals of the model at this state.
+        earlier: signals before a correction.
         sources: index of each channel's signal.
-        steps: each channel's quantity when the period began, then after each of its integration
-            steps, shape (1 + steps, channels).
-        path: what the sensors' elements met since the last sample: the same, and what it was
-            between, shape (2 * steps, channels).
-        par: the plant's parameters, in which the disturbances act.
+        steps: quantity of each channel at the start of the period and after each integration step,
+            shape (1 + steps, channels).
+        path: inputs of the sensors since the last sample, at the ends and in the middle of each
+            step, shape (2 * steps, channels).
+        par: parameters of the plant, including the disturbances.
         inputs: of the model.
         active: indices in the state vector of the states in z.
-        drift: index of the null's drift in `par`.
+        drift: index of the null drift in `par`.
         supply: index of the supply pressure in `par`.
-        bend: index in z of the bend of the seals, -1 where dry friction does not act.
-        traced: what the sensors remember of quantities that they follow, see
-            `records.ParametrisedModel`.
-        recorded: which of the samples that they look back on are of quantities, likewise.
+        bend: index in z of the deflection of the seals, -1 without dry friction.
+        traced: sensor memories that are shifted by corrections, see `records.ParametrisedModel`.
+        recorded: sample memories that are shifted by corrections, likewise.
         nominal: supply pressure without its disturbance [Pa].
-        null_decay: what remains of the null's drift after `advance`.
-        supply_decay: what remains of the supply's deviation.
+        null_decay: decay factor of the null drift over `advance`.
+        supply_decay: decay factor of the supply's deviation.
         step: integration step [s].
 
     """
@@ -76,18 +75,18 @@ class Run(NamedTuple):
 
 
 class Instruments(NamedTuple):
-    """The sensors of a run, without noise: what the kernel's `sense` takes, in its order.
+    """Noise-free sensors of a run: arguments of the kernel's `sense`, in its order.
 
     Attributes:
-        signals: what they measure.
-        path: what their elements met since the last sample, shape (steps, channels).
-        chan: the transducers' parameters.
-        trace: what they remember.
-        history: the samples that they remember.
-        normal: their noise.
+        signals: measured signals.
+        path: their values since the last sample, shape (steps, channels).
+        chan: parameters of the transducers.
+        trace: memory of the sensing elements.
+        history: stored samples.
+        normal: noise.
         period: time since the last sample [s].
-        reading: what they show.
-        overrange: where they are at the end of their range, see `sensors.sample`.
+        reading: readings.
+        overrange: flags of saturated readings, see `sensors.sample`.
 
     """
 
@@ -106,15 +105,15 @@ class Passage(NamedTuple):
     """A run along a recording.
 
     Attributes:
-        run: the run.
-        rate: the derivative of the model's state.
-        sense: its sensor chain.
+        run: of the model.
+        rate: derivative of the model's state.
+        sense: sensor chain of the model.
         instruments: its sensors.
         data: the recording.
         steps: integration steps in each part of a period, see `records.ParametrisedModel`.
-        error: measured less predicted, zero where nothing was measured, shape (chosen,).
-        corrected: memory for the run as it is after a correction.
-        moved: memory for a run that goes on from elsewhere.
+        error: measured minus predicted, zero where missing, shape (chosen,).
+        corrected: memory for the run after a correction.
+        moved: memory for a run from a changed state.
 
     """
 
@@ -130,18 +129,18 @@ class Passage(NamedTuple):
 
 
 def enter(model: ParametrisedModel, data: Data, start: Start) -> Passage:
-    """Return a run before the first sample of a recording."""
+    """Return the run before the first sample of a recording."""
     run = begin(model, start, data.current[0])
     instruments = install(model, run.signals, run.path, data.period)
     error = np.zeros(len(data.chosen))
     return Passage(
-        run, model.rate, model.sense, instruments, data, model.steps, error, beside(run),
-        beside(run),
+        run, model.rate, model.sense, instruments, data, model.steps, error, second_run(run),
+        second_run(run),
     )  # fmt: skip
 
 
 def compare(passage: Passage, k: int) -> None:
-    """Compare what the instruments show with what was measured in a sample."""
+    """Compute the differences of measured and predicted readings in a sample."""
     data, error = passage.data, passage.error
     for i in range(len(error)):
         error[i] = data.measured[k, i] - passage.instruments.reading[data.chosen[i]]
@@ -165,14 +164,14 @@ def begin(model: ParametrisedModel, start: Start, currents: Array) -> Run:
         model.recorded, model.par[model.supply], start.decay[0], start.decay[1], model.step,
     )  # fmt: skip
     advance(run, run.steps, currents[0], 0)
-    # what it measures has been at rest
+    # the sensors start in steady state
     for i in range(len(model.sources)):
         run.path[:, i] = run.signals[model.sources[i]]
     return run
 
 
-def beside(run: Run) -> Run:
-    """Return a second run at the same state, with the same parameters."""
+def second_run(run: Run) -> Run:
+    """Return a copy of a run that shares its parameters."""
     return Run(
         run.tick, run.z.copy(), run.memory.copy(), run.past.copy(), run.signals.copy(),
         run.earlier.copy(), run.sources, run.steps.copy(), run.path.copy(), run.par, run.inputs,
@@ -182,21 +181,21 @@ def beside(run: Run) -> Run:
 
 
 def follow(run: Run, other: Run) -> None:
-    """Put a run where another one is; its signals stay until it advances."""
+    """Copy the state of another run; signals are updated by the next `advance`."""
     copy(other.z, run.z)
     copy(other.memory, run.memory)
     copy(other.past, run.past)
 
 
 def advance(run: Run, path: Array, current: float, steps: int) -> None:
-    """Map z over some integration steps; memory and signals then belong to the new state.
+    """Integrate z over some steps, and update memory and signals.
 
-    The rows of `path` are what the sensors' elements meet after each step. No step at all puts z
-    into the memory and computes the signals there.
+    The rows of `path` receive the inputs of the sensors after each step. With zero steps, z is
+    copied to the memory and the signals are computed.
     """
     z, memory, par, inputs, active = run.z, run.memory, run.par, run.inputs, run.active
     n = len(active)
-    if run.bend >= 0:  # a correction by readings knows no bounds, seals do
+    if run.bend >= 0:  # a correction may exceed the bounds of the seals' deflection
         z[run.bend] = max(-SLIDING_BEND, min(SLIDING_BEND, z[run.bend]))
     for i in range(n):
         memory[active[i]] = z[i]
@@ -212,7 +211,7 @@ def advance(run: Run, path: Array, current: float, steps: int) -> None:
 
 
 def elapse(run: Run, currents: Array, steps: int) -> None:
-    """Let a sample period pass, in which the current takes some values one after the other."""
+    """Advance by one sample period with a sequence of currents."""
     begin_period(run)
     for i in range(len(currents)):
         elapse_part(run, currents, i, steps)
@@ -220,27 +219,27 @@ def elapse(run: Run, currents: Array, steps: int) -> None:
 
 
 def begin_period(run: Run) -> None:
-    """Note what each channel's quantity is when a period begins."""
+    """Store each channel's quantity at the start of a period."""
     for i in range(len(run.sources)):
         run.steps[0, i] = run.signals[run.sources[i]]
 
 
 def elapse_part(run: Run, currents: Array, i: int, steps: int) -> None:
-    """Let the part of a period pass in which one current acts."""
+    """Advance by the part of a period with one value of the current."""
     first = 1 + i * steps
     advance(run, run.steps[first : first + steps], currents[i], steps)
 
 
 def end_period(run: Run) -> None:
-    """Fill in what the sensors' elements met, where there are any."""
+    """Compute the inputs of sensors with dynamic elements."""
     if len(run.traced) > 0:
         refine(run)
 
 
 def refine(run: Run) -> None:
-    """Fill in what elements meet: in the middle of a step, the parabola through three ends of one.
+    """Interpolate the sensors' inputs in the middle of each step, by a parabola.
 
-    An element takes what it meets for straight between; in half a millisecond no pressure is.
+    Sensing elements interpolate linearly, which is too coarse over a step of 0.5 ms.
     """
     ends, path = run.steps, run.path
     last = len(ends) - 1
@@ -257,7 +256,7 @@ def refine(run: Run) -> None:
 
 
 def install(model: ParametrisedModel, signals: Array, path: Array, period: float) -> Instruments:
-    """Return sensors that remember nothing yet, and are read once in a sample period [s]."""
+    """Return sensors with empty memory that are read once per sample period [s]."""
     count = len(model.sources)
     return Instruments(
         signals, path, model.chan, np.full(model.remembered[1], np.nan),
@@ -267,17 +266,17 @@ def install(model: ParametrisedModel, signals: Array, path: Array, period: float
 
 
 def correct(run: Run, instruments: Instruments, gain: Array, error: Array) -> None:
-    """Correct z by what the readings show, and what the sensors remember.
+    """Correct z by the readings, and shift the sensors' memory by the same change.
 
-    Within the time that an element filters, or on which a sensor looks back, hardly anything moves
-    otherwise than was thought: a rod which is farther out has been so before, and a late reading
-    would tell it again in every sample. A jump of a quantity would be a motion to its element.
+    Over the time constant or delay of a sensor the error of the state hardly changes. Without the
+    shift, a delayed reading would repeat the same correction in every sample, and a lagging element
+    would see the correction as a jump.
 
     Args:
         run: whose z is corrected.
         instruments: its sensors.
         gain: Kalman gain, shape (z, chosen).
-        error: measured less predicted, zero where nothing was measured, shape (chosen,).
+        error: measured minus predicted, zero where missing, shape (chosen,).
 
     """
     z = run.z
@@ -295,6 +294,6 @@ def correct(run: Run, instruments: Instruments, gain: Array, error: Array) -> No
 
 
 def move(memory: Array, places: Index, signals: Array, before: Array) -> None:
-    """Move what is remembered of signals as far as these have moved from those before."""
+    """Shift stored values of signals by the change of these signals."""
     for i in range(len(places)):
         memory[places[i, 0]] += signals[places[i, 1]] - before[places[i, 1]]

@@ -1,4 +1,4 @@
-"""Vectors and products of matrices that are smaller than a call of a library is long."""
+"""Operations on small vectors and matrices, for which a library call would take longer."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from hil_emulator.identify.measured.experiment import Array, Single
 
 
 def root_of_inverse(s: Array, root: Array) -> None:
-    """Fill the lower triangular L with S^-1 = L L^T, for a positive definite S; overwrites S."""
+    """Compute the lower triangular L with S^-1 = L L^T for a positive definite S; overwrites S."""
     m = len(s)
     # S = U U^T from the last row upwards, with U upper triangular; then L = U^-T
     for j in range(m - 1, -1, -1):
@@ -28,20 +28,20 @@ def root_of_inverse(s: Array, root: Array) -> None:
 
 
 def copy(values: Array, out: Array) -> None:
-    """Fill a vector with another one's values; what a slice may raise takes long to compile."""
+    """Copy a vector; compiles faster than a slice assignment, which may raise an exception."""
     for i in range(len(out)):
         out[i] = values[i]
 
 
 def duplicate(matrix: Array, out: Array | Single) -> None:
-    """Fill a matrix with another one's values."""
+    """Copy a matrix."""
     for i in range(matrix.shape[0]):
         for j in range(matrix.shape[1]):
             out[i, j] = matrix[i, j]
 
 
 def multiply(a: Array, b: Array, out: Array) -> None:
-    """Fill a b."""
+    """Compute the product a b."""
     for i in range(a.shape[0]):
         for j in range(b.shape[1]):
             total = 0.0
@@ -51,7 +51,7 @@ def multiply(a: Array, b: Array, out: Array) -> None:
 
 
 def divide(a: Array, b: Array) -> None:
-    """Replace b by the solution x of a x = b, and a by what its elimination leaves."""
+    """Replace b by the solution x of a x = b, by Gaussian elimination; overwrites a."""
     n, columns = b.shape
     for k in range(n):
         pivot = k
@@ -81,7 +81,7 @@ def divide(a: Array, b: Array) -> None:
 
 
 def congruence(a: Array, b: Array, work: Array, out: Array) -> None:
-    """Fill a b a^T of a symmetric b; `work` has the shape of a."""
+    """Compute a b a^T for a symmetric b; `work` is memory of the shape of a."""
     multiply(a, b, work)
     for i in range(a.shape[0]):
         for j in range(i + 1):
@@ -93,9 +93,9 @@ def congruence(a: Array, b: Array, work: Array, out: Array) -> None:
 
 
 def multiply_eights(a: Array | Single, b: Array, sign: float, kept: float, out: Array) -> None:
-    """Fill sign a b + kept out, whose columns are a multiple of eight.
+    """Compute out = sign a b + kept out, for a multiple of eight columns.
 
-    A processor multiplies eight numbers by one as fast as a single one, if it holds their sums.
+    Blocks of eight sums in registers allow vector instructions.
     """
     for block in range(out.shape[1] // 8):
         s = 8 * block

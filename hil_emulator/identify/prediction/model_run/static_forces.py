@@ -1,4 +1,4 @@
-"""The model's force on the load for measured states, compiled."""
+"""Force on the load for measured states, compiled."""
 
 import numpy as np
 
@@ -10,18 +10,18 @@ from hil_emulator.identify.prediction.model_run.run import INPUT_COUNT, install
 def forces(
     model: ParametrisedModel, moments: Moments, at: Places, period: float, track: Array
 ) -> Array:
-    """Return the reading of the force sensor for each measured state that is present, else 0.
+    """Return the force reading for each measured state that is used, else 0.
 
-    The signals there are written into `track`, shape (samples, signals), unless it has no rows.
+    The signals are stored in `track`, shape (samples, signals), unless it has no rows.
     """
     states, acceleration = moments.states, moments.acceleration
     force = np.zeros(len(states))
     rates = np.zeros(states.shape[1])
     inputs = np.zeros(INPUT_COUNT)
     signals = np.zeros(model.signals)
-    # elements meet samples alone
-    met = np.empty((0, len(model.sources)))
-    instruments = install(model, signals, met, period)
+    # sensor inputs are constant within a sample
+    no_path = np.empty((0, len(model.sources)))
+    instruments = install(model, signals, no_path, period)
     for k in range(len(states)):
         if not moments.present[k]:
             continue

@@ -1,4 +1,4 @@
-"""One experiment with everything that one fit has computed of it."""
+"""One experiment with the gains and linearisations of one fit."""
 
 from dataclasses import dataclass, field
 
@@ -8,7 +8,7 @@ from hil_emulator.identify.prediction.model_run.records import (
     Entries,
     Gains,
     Jacobians,
-    Seen,
+    SensorInputs,
     Start,
     Tuning,
 )
@@ -22,21 +22,20 @@ class Frozen:
     Attributes:
         experiment: the data.
         channels: measured channels, in the order of the columns.
-        data: the same for the loops.
-        start: where the filter begins.
-        gains: those of the extended Kalman filter.
+        data: the data for the compiled loops.
+        start: initial state of the filter.
+        gains: of the extended Kalman filter.
         jacobians: along its trajectory.
-        predicted: z as it was predicted for each sample there, shape (samples, z).
+        predicted: predicted z of each sample, shape (samples, z).
         noise: standard deviation of each channel.
-        tuning: what the filter took for granted.
-        par, chan: the parameters at which it was frozen.
-        weights: one over the standard deviation of each channel's whitened innovations.
-        probed: what the probes do, see `Observer.probed`; None as long as nobody has asked.
-        recent: the points at which it was last predicted, and the whitened innovations there: a fit
-            often begins where another one has been.
-        forms: what base laws of another form may do, integrated out of every residual.
-        seen: a point, what the sensors met there, and the whitened innovations: many sensors are
-            asked for at one.
+        tuning: of the filter.
+        par, chan: parameters at which the gains were computed.
+        weights: inverse standard deviation of each channel's whitened innovations.
+        probed: derivatives by the probes, see `Observer.probed`; None until they are needed.
+        recent: cached whitened innovations at the last points, at which fits often start.
+        forms: differences of base laws that are integrated out of every residual.
+        sensor_run: a point, the inputs of the sensors there, and the whitened innovations; used by
+            the derivatives by many sensor errors.
 
     """
 
@@ -54,6 +53,6 @@ class Frozen:
     weights: Array
     probed: Entries | None = None
     forms: IntegratedOut | None = None
-    # not an argument: with other data or gains, what was predicted before would not hold
+    # not copied by `replace`: caches are not valid with other data or gains
     recent: dict[bytes, Array] = field(default_factory=dict, init=False)
-    seen: tuple[bytes, Seen, Array] | None = field(default=None, init=False)
+    sensor_run: tuple[bytes, SensorInputs, Array] | None = field(default=None, init=False)

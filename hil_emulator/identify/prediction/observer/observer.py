@@ -1,4 +1,4 @@
-"""Experiments seen through one model: gains frozen once, innovations for any parameters."""
+"""Predictor of a complete actuator: Kalman gains frozen at one point, innovations at any other."""
 
 import math
 from collections.abc import Sequence
@@ -9,7 +9,7 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, BetweenRows, Experiment, Mask, Single
-from hil_emulator.identify.prediction.filter.sensor_replay import HIDDEN, to_be_seen
+from hil_emulator.identify.prediction.filter.sensor_replay import NOT_RECORDED, sensor_inputs
 from hil_emulator.identify.prediction.free_terms.balances import SUPPLY, TERMS, Balance
 from hil_emulator.identify.prediction.free_terms.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.model_run.records import (
@@ -17,7 +17,7 @@ from hil_emulator.identify.prediction.model_run.records import (
     Entries,
     Gains,
     ParametrisedModel,
-    Seen,
+    SensorInputs,
     Start,
 )
 from hil_emulator.identify.prediction.observer.form_deviations import deviations
@@ -37,20 +37,19 @@ from hil_emulator.identify.prediction.residuals.noise import noise_levels, quiet
 from hil_emulator.model.sensors import wiring
 
 INNOVATION_CORRELATION_TIME = 0.1
-"""Least time over which innovations are taken to be correlated [s] (assumed)."""
+"""Smallest assumed correlation time of innovations [s] (assumed)."""
 
 REWEIGHED = 2
-"""Times that weights are computed anew from what other forms of the base laws leave."""
+"""Number of times that weights are recomputed with other forms of the base laws integrated out."""
 
 RECENT = 4
-"""Points at which the innovations are kept."""
+"""Number of points whose innovations are cached."""
 
 BURN_IN = 0.05
-"""Time that counts for nothing [s], at the start and after a jump of the current: states settle."""
+"""Excluded time at the start and after a jump of the current, while the states settle [s]."""
 
 LONGEST_PART = 1e-3
-"""Longest part of a sample period within which slopes change evenly [s]: a fast spool opens an edge
-in as much."""
+"""Longest part of a sample period with one linearisation [s]: a fast spool opens an edge in it."""
 
 Columns = TypeVar("Columns", Array, Single)
 
@@ -58,12 +57,12 @@ _INDEX = {probe.name: i for i, probe in enumerate(PROBES)}
 
 
 class Observer:
-    """Freezes gains and computes innovations.
+    """Computes Kalman gains and innovations of a complete actuator.
 
     Args:
-        model: the model.
-        channels: the channels that take part.
-        step: largest integration step [s]; a machine too fast for it gets a careful one.
+        model: of the actuator.
+        channels: measured channels.
+        step: largest integration step [s]; smaller for a machine with fast dynamics.
 
     """
 
@@ -81,31 +80,31 @@ class Observer:
         self._living: WeakValueDictionary[tuple[int, bytes], Frozen] = WeakValueDictionary()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what another process gets: what lives here does not live there."""
+        """Return the state without the cache of frozen experiments."""
         return {**self.__dict__, "_living": None}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """Take it."""
+        """Restore the state with an empty cache."""
         self.__dict__.update(state, _living=WeakValueDictionary())
 
     @property
     def correlation_time(self) -> float:
-        """Least time over which innovations may be correlated [s]."""
+        """Smallest correlation time of innovations [s]."""
         return INNOVATION_CORRELATION_TIME
 
     def cost(self, par: Array) -> float:
-        """Return how much longer a prediction takes than one with careful steps."""
+        """Return the time of a prediction over that with `CAREFUL_STEP`."""
         return CAREFUL_STEP / self.steps.width(par)
 
     def freeze(self, experiment: Experiment, par: Array, chan: Array) -> Frozen:
-        """Run the extended Kalman filter at given parameters and keep its gains.
+        """Run the extended Kalman filter at given parameters and return its gains.
 
-        Where somebody still has what it made of the same experiment there, it is not run again.
+        A result for the same point that is still in use is returned again.
         """
         point = id(experiment), par.tobytes() + chan.tobytes()
-        known = self._living.get(point)
-        if known is not None and known.experiment is experiment:
-            return replace(known, weights=np.ones(len(self.channels)))
+        cached = self._living.get(point)
+        if cached is not None and cached.experiment is experiment:
+            return replace(cached, weights=np.ones(len(self.channels)))
         frozen = self._living[point] = self._linearised(experiment, par, chan)
         return frozen
 
@@ -137,9 +136,9 @@ class Observer:
         )  # fmt: skip
 
     def probed(self, frozen: Frozen) -> Entries:
-        """Return what each probe adds to the next z and reading; it has no width but its own."""
+        """Return the derivatives of the next z and reading by each probe."""
         if frozen.probed is None:
-            # code that knows only what acts does not know the probes
+            # integrations for the acting effects only do not include the probes
             model = self.at(frozen.par, frozen.chan, frozen.data, every_signal=True)
             tuned = frozen.tuning
             widths = np.concatenate([tuned.widths, self.model.probe_sizes])
@@ -153,9 +152,14 @@ class Observer:
     def at(
         self, par: Array, chan: Array, data: Data, every_signal: bool = False
     ) -> ParametrisedModel:
-        """Return the model at given parameters, with integration steps that are stable there.
+        """Return the model at given parameters, with a stable integration step.
 
-        It serves for one run along the data, and tells what sensors see, or every signal.
+        Args:
+            par: parameters of the plant.
+            chan: parameters of the transducers.
+            data: for one run along them.
+            every_signal: whether all signals are needed, not only those of the sensors.
+
         """
         period = data.period / data.current.shape[1]
         steps = max(1, int(np.ceil(period / self.steps.width(par) - 1e-9)))
@@ -166,16 +170,18 @@ class Observer:
     def innovations(
         self, frozen: Frozen, par: Array, chan: Array, track: bool = False
     ) -> tuple[Array, Array]:
-        """Return weighted whitened innovations, and predicted signals where wanted."""
+        """Return weighted whitened innovations, and with `track` the predicted signals."""
         data, recent, point = frozen.data, frozen.recent, par.tobytes() + chan.tobytes()
         path = np.empty((len(data.measured) if track else 1, len(self.model.signal_names)))
         if point in recent and not track:
             return recent[point] * frozen.weights, path
         residual = np.empty_like(data.measured)
         model = self.at(par, chan, data, every_signal=track)
-        self.model.loops.predict(model, data, frozen.start, frozen.gains, residual, path, HIDDEN)
+        self.model.loops.predict(
+            model, data, frozen.start, frozen.gains, residual, path, NOT_RECORDED
+        )
         residual[data.settling] = 0.0
-        # as a whole: other threads predict as well
+        # replaced by a single assignment, since other threads use it too
         frozen.recent = dict([*recent.items(), (point, residual)][-RECENT:])
         return residual * frozen.weights, path
 
@@ -184,33 +190,35 @@ class Observer:
     ) -> Array:
         """Return the weighted innovations of a plant with other sensors, linearised along its run.
 
-        Each set of sensors reads the run itself; how their readings move it is linear.
+        The readings of each set of sensors are exact; their influence on the run is linearised.
         """
-        seen, base = self._seen(frozen, par, chan)
+        inputs, base = self._sensor_run(frozen, par, chan)
         data = frozen.data
         changes = np.empty((*data.measured.shape, len(others)))
         change = np.empty_like(data.measured)
         for i, other in enumerate(others):
-            self.model.loops.reread(self.at(par, other, data), data, seen, change)
+            self.model.loops.reread(self.at(par, other, data), data, inputs, change)
             changes[:, :, i] = change
-        none = Entries(np.zeros((0, 0), np.float32), np.zeros((0, 0), np.float32))
-        columns = self._propagated(frozen, none, np.zeros((0, len(others))), changes)
+        no_entry = Entries(np.zeros((0, 0), np.float32), np.zeros((0, 0), np.float32))
+        columns = self._propagated(frozen, no_entry, np.zeros((0, len(others))), changes)
         return np.asarray((base + columns) * frozen.weights)
 
-    def _seen(self, frozen: Frozen, par: Array, chan: Array) -> tuple[Seen, Array]:
-        """Return what the sensors met at a point, and the whitened innovations there."""
-        kept, point = frozen.seen, par.tobytes() + chan.tobytes()
+    def _sensor_run(self, frozen: Frozen, par: Array, chan: Array) -> tuple[SensorInputs, Array]:
+        """Return the inputs of the sensors at a point, and the whitened innovations."""
+        kept, point = frozen.sensor_run, par.tobytes() + chan.tobytes()
         if kept is None or kept[0] != point:
             model, data = self.at(par, chan, frozen.data), frozen.data
-            seen = to_be_seen(model, data, wiring(self.model.signal_names)[:, [0, 2]])
+            inputs = sensor_inputs(model, data, wiring(self.model.signal_names)[:, [0, 2]])
             residual, path = np.empty_like(data.measured), np.empty((1, model.signals))
-            self.model.loops.predict(model, data, frozen.start, frozen.gains, residual, path, seen)
-            # as a whole: other threads predict as well
-            kept = frozen.seen = point, seen, self._counted(frozen, residual)
+            self.model.loops.predict(
+                model, data, frozen.start, frozen.gains, residual, path, inputs
+            )
+            # replaced by a single assignment, since other threads use it too
+            kept = frozen.sensor_run = point, inputs, self._counted(frozen, residual)
         return kept[1], kept[2]
 
     def _start(self, par: Array, measured: Array) -> Array:
-        """Return the state at rest with what was measured at first put in."""
+        """Return the equilibrium state at the first measured pressures and position."""
         first = {c: float(np.nanmean(measured[:10, i])) for i, c in enumerate(self.channels)
                  if np.isfinite(measured[:10, i]).any()}  # fmt: skip
         both = "pressure_a" in first and "pressure_b" in first
@@ -222,23 +230,23 @@ class Observer:
 
     @property
     def balances(self) -> tuple[Balance, ...]:
-        """The balances that the channels can show."""
-        found = {b for b, _ in TERMS if b.probes or b.channel in self.channels}
-        return tuple(found | ({SUPPLY} if "supply_pressure" in self.channels else set()))
+        """Balances whose terms change the channels."""
+        balances = {b for b, _ in TERMS if b.probes or b.channel in self.channels}
+        return tuple(balances | ({SUPPLY} if "supply_pressure" in self.channels else set()))
 
     def noise_estimate(self, frozen: Frozen) -> None:
-        """Return that every experiment has a noise of its own."""
+        """Return None: each experiment has a noise of its own."""
 
     def share(self, frozen: Frozen, noise: Noise) -> None:
-        """Do nothing: there is none."""
+        """Do nothing: there is no common noise."""
 
     def regressors(self, frozen: Frozen, path: Array) -> Regressors:
-        """Return what a term may depend on."""
+        """Return the regressors of free terms."""
         experiment = frozen.experiment
         return regressors(path, self.model.signal_names, experiment.period, experiment.readings)
 
     def entry(self, frozen: Frozen, balance: Balance) -> Entries:
-        """Return what a term in a balance adds to the next z and the next reading."""
+        """Return the derivatives of the next z and reading by a term in a balance."""
         if balance is SUPPLY:
             return Entries(*(np.ascontiguousarray(j[:, :, -1]) for j in frozen.jacobians))
         weights = np.zeros(len(PROBES), np.float32)
@@ -248,7 +256,7 @@ class Observer:
         return Entries(np.tensordot(drives, weights, 1), np.tensordot(feeds, weights, 1))
 
     def through(self, frozen: Frozen, balance: Balance, terms: Array) -> Single:
-        """Return the change of the weighted innovations that terms along the track make."""
+        """Return the change of the weighted innovations by terms along the trajectory."""
         count, m = frozen.data.measured.shape
         outputs = np.zeros((0, m, terms.shape[1]))
         if balance.channel:
@@ -266,15 +274,15 @@ class Observer:
         return frozen.forms.of(rows).astype(rows.dtype, copy=False)
 
     def relax(self, frozen: Frozen, par: Array, chan: Array) -> None:
-        """Let base laws be of another published form along the run at these parameters."""
+        """Compute the random differences of base laws from other published forms, at a point."""
         frozen.forms = None
         laws, columns = deviations(self, frozen, par, chan)
         frozen.forms = integrated_out(columns, laws)
         for _ in range(REWEIGHED):
-            left = frozen.forms.of(tamed(self.innovations(frozen, par, chan)[0]))
-            finer = self._quiet(frozen, left.reshape(frozen.data.measured.shape))
-            frozen.weights = frozen.weights * finer
-            columns = columns * np.tile(finer, len(frozen.data.measured))
+            rest = frozen.forms.of(tamed(self.innovations(frozen, par, chan)[0]))
+            factors = self._quiet(frozen, rest.reshape(frozen.data.measured.shape))
+            frozen.weights = frozen.weights * factors
+            columns = columns * np.tile(factors, len(frozen.data.measured))
             frozen.forms = integrated_out(columns, laws)
 
     def log_determinant(self, frozen: Frozen) -> float:
@@ -282,12 +290,12 @@ class Observer:
         counted = ~frozen.data.settling
         roots = np.linalg.slogdet(frozen.gains.whitening[counted].astype(np.float64))[1]
         present = np.isfinite(frozen.data.measured[counted]).sum(axis=0)
-        weighed = float(roots.sum() + present @ np.log(frozen.weights))
+        weights = float(roots.sum() + present @ np.log(frozen.weights))
         forms = 0.0 if frozen.forms is None else frozen.forms.log_determinant
-        return forms - 2.0 * weighed
+        return forms - 2.0 * weights
 
     def _propagated(self, frozen: Frozen, entry: Entries, inputs: Array, outputs: Array) -> Single:
-        """Return what terms make of the whitened innovations, shape (terms, samples, channels)."""
+        """Return the whitened innovations' derivatives by terms, (terms, samples, channels)."""
         columns = np.empty((outputs.shape[2], *frozen.data.measured.shape), np.float32)
         self.model.loops.propagate(
             frozen.gains, frozen.jacobians, entry, np.ascontiguousarray(inputs), outputs, columns
@@ -295,7 +303,7 @@ class Observer:
         return self._counted(frozen, columns)
 
     def _counted(self, frozen: Frozen, columns: Columns) -> Columns:
-        """Return columns, shape (..., samples, channels), without what counts for nothing."""
+        """Return columns, shape (..., samples, channels), with excluded samples set to zero."""
         columns[..., frozen.data.settling, :] = 0.0
         missing = ~np.isfinite(frozen.data.measured)
         if missing.any():
@@ -303,19 +311,19 @@ class Observer:
         return columns
 
     def weigh(self, frozen: Frozen, par: Array, chan: Array) -> None:
-        """Give each channel's innovations a standard deviation of one where nothing is missing.
+        """Set the weights for innovations of unit variance in quiet stretches.
 
-        A missing effect acts in a part of the time; the quiet part tells how large noise is.
+        Missing effects act during a part of the time; the rest gives the noise level.
         """
         frozen.weights = np.ones(len(frozen.channels))
         frozen.weights = self._quiet(frozen, self.innovations(frozen, par, chan)[0])
 
     def _quiet(self, frozen: Frozen, residual: Array) -> Array:
-        """Return one over how large each channel's residual is where nothing is missing.
+        """Return the inverse rms of each channel's residual in quiet stretches.
 
         Args:
-            frozen: an experiment.
-            residual: of shape (samples, channels).
+            frozen: of one experiment.
+            residual: shape (samples, channels).
 
         """
         counted = ~frozen.data.settling
@@ -326,12 +334,12 @@ class Observer:
 
 
 def _divided(current: Array, period: float) -> Array:
-    """Return a current in parts of each period [s] that are short enough for a linearisation."""
+    """Return a current with each period [s] divided into parts of at most `LONGEST_PART`."""
     times = max(1, math.ceil(period / current.shape[1] / LONGEST_PART - 1e-9))
     return np.ascontiguousarray(np.repeat(current, times, axis=1))
 
 
 def _settling(course: BetweenRows, burn_in: int) -> Mask:
-    """Return which samples count for nothing: the first ones, and those after a jump."""
+    """Return a mask of excluded samples: the first ones, and those after a jump."""
     recent = np.convolve(course.jumps, np.ones(burn_in + 1))[: len(course.jumps)] > 0.5
     return np.asarray((np.arange(len(recent)) < burn_in) | recent)

@@ -1,4 +1,4 @@
-"""What a search needs of whatever predicts: the whole actuator, or the force balance alone."""
+"""Interface of predictors: of the complete actuator, and of benches with a part of it."""
 
 import math
 from collections.abc import Sequence
@@ -12,15 +12,15 @@ from hil_emulator.identify.prediction.residuals.correlation import Correlogram, 
 
 
 class Predictor(Protocol):
-    """Computes residuals of experiments; `frozen` is what its own `freeze` has returned.
+    """Computes residuals of experiments.
 
-    Which class that is, only the predictor knows, so nothing stands between the two.
+    The arguments `frozen` are results of the predictor's own `freeze`.
     """
 
     model: PlantModel
     channels: tuple[str, ...]
     measure: str
-    """What residuals are counted in."""
+    """Unit of the residuals."""
     absent: frozenset[str]
     """Signals that the bench does not have."""
     later: frozenset[str]
@@ -28,26 +28,26 @@ class Predictor(Protocol):
 
     @property
     def correlation_time(self) -> float:
-        """Least time over which residuals may be correlated [s]."""
+        """Smallest correlation time of residuals [s]."""
 
     @property
     def balances(self) -> tuple[Balance, ...]:
-        """The balances that the channels can show."""
+        """Balances whose terms change the channels."""
 
     def cost(self, par: Array) -> float:
-        """Return how much longer a prediction takes at these parameters than usually."""
+        """Return the computing time at these parameters over the usual time."""
 
     def freeze(self, experiment: Experiment, par: Array, chan: Array) -> object:
         """Prepare an experiment at given parameters."""
 
     def weigh(self, frozen: Any, par: Array, chan: Array) -> None:
-        """Give the residuals a standard deviation of one."""
+        """Set the weights for residuals of unit variance."""
 
     def noise_estimate(self, frozen: Any) -> Correlogram | None:
-        """Return what an experiment tells of a noise that all share; None if each has its own."""
+        """Return an experiment's contribution to a common noise; None if each has its own."""
 
     def share(self, frozen: Any, noise: Noise) -> None:
-        """Weigh residuals by a noise that all share."""
+        """Set the weights for a common noise."""
 
     def innovations(
         self, frozen: Any, par: Array, chan: Array, track: bool = False
@@ -59,31 +59,31 @@ class Predictor(Protocol):
     ) -> Array:
         """Return the residuals with each of other sensors, shape (others, samples, channels).
 
-        They may be linearised along those at the point.
+        They may be linearised along the run at the point.
         """
 
     def relax(self, frozen: Any, par: Array, chan: Array) -> None:
-        """Let base laws be of another published form along the run at these parameters."""
+        """Compute the random differences of base laws from other published forms, at a point."""
 
     def integrated_out(self, frozen: Any, rows: Array) -> Array:
-        """Return rows, shape (..., residuals), with such forms integrated out."""
+        """Return rows, shape (..., residuals), with these differences integrated out."""
 
     def log_determinant(self, frozen: Any) -> float:
         """Return the logarithm of the determinant of the innovations' covariance.
 
-        NaN where it does not depend on the parameters at which an experiment is frozen.
+        NaN if it does not depend on the parameters at which an experiment is frozen.
         """
 
     def regressors(self, frozen: Any, path: Array) -> Regressors:
-        """Return what a term may depend on."""
+        """Return the regressors of free terms."""
 
     def through(self, frozen: Any, balance: Balance, terms: Array) -> Array | Single:
-        """Return the change of the residual that terms make.
+        """Return the change of the residual by terms.
 
         Args:
-            frozen: an experiment.
-            balance: in which they are.
-            terms: along it, shape (samples, terms).
+            frozen: of one experiment.
+            balance: of the terms.
+            terms: along the trajectory, shape (samples, terms).
 
         Returns:
             One row per term, flat, shape (terms, samples * channels).
@@ -92,18 +92,18 @@ class Predictor(Protocol):
 
 
 class ExactForms:
-    """What predicts without those base laws whose forms differ."""
+    """Base of predictors without differences between published forms of base laws."""
 
     absent: frozenset[str] = frozenset()
     later: frozenset[str] = frozenset()
 
     def relax(self, frozen: Any, par: Array, chan: Array) -> None:
-        """Do nothing."""
+        """Do nothing: there are no differences."""
 
     def integrated_out(self, frozen: Any, rows: Array) -> Array:
-        """Return the rows."""
+        """Return the rows unchanged."""
         return rows
 
     def log_determinant(self, frozen: Any) -> float:
-        """Return that the covariance does not depend on the parameters."""
+        """Return NaN: the covariance does not depend on the parameters."""
         return math.nan

@@ -1,4 +1,4 @@
-"""How uncertain the model is that a Kalman filter follows: its start, and what disturbs it."""
+"""Tuning of the Kalman filter: initial covariance and process noise."""
 
 from collections.abc import Sequence
 
@@ -10,16 +10,16 @@ from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.prediction.plant.rating import largest_current
 
 NULL_DRIFT = 1e-3
-"""Standard deviation of the null's drift over the rated current (assumed)."""
+"""Standard deviation of the null drift over the rated current (assumed)."""
 
 NULL_TIME = 4.0
-"""Time over which the null drifts [s] (assumed)."""
+"""Correlation time of the null drift [s] (assumed)."""
 
 SUPPLY_DRIFT = 5e4
-"""Largest standard deviation of what moves the supply beside the model [Pa] (assumed)."""
+"""Largest standard deviation of unmodelled supply pressure [Pa] (assumed)."""
 
 SUPPLY_TIME = 0.02
-"""Time over which it does [s] (assumed: pump ripple at some 10 Hz)."""
+"""Correlation time of unmodelled supply pressure [s] (assumed: pump ripple of about 10 Hz)."""
 
 FLOW_DISTURBANCE = 5e-4
 """Unmodelled flow over the flow at the largest current (assumed)."""
@@ -28,20 +28,20 @@ FORCE_DISTURBANCE = 2e-3
 """Unmodelled force over area times supply pressure (assumed)."""
 
 CREEP = 1e-5
-"""Step of the derivative by velocity [m/s] (assumed): friction bends within more than that."""
+"""Step of the derivative by velocity [m/s] (assumed): within it, friction is nearly linear."""
 
 SLIP = 1e-3
-"""Least step of a secant by velocity [m/s] (assumed): over as much as that is uncertain at rest,
-where the tangent of friction would make the filter trust no force."""
+"""Smallest step of a secant by velocity [m/s] (assumed): the uncertainty of the velocity at rest,
+over which the slope of friction is far smaller than its tangent."""
 
 FASTEST_SLIP = 1e-2
-"""Largest step of it [m/s] (assumed), while the velocity is less certain."""
+"""Largest step of a secant by velocity [m/s] (assumed)."""
 
 DISTURBANCE_TIME = 0.01
-"""Time over which both are correlated [s] (assumed)."""
+"""Correlation time of unmodelled flow and force [s] (assumed)."""
 
 EARLIER_COMMAND_TIME = 0.02
-"""Time for which set points from before the recording may act [s] (assumed)."""
+"""Time for which set points before the recording may act [s] (assumed)."""
 
 
 def tuning(
@@ -50,11 +50,11 @@ def tuning(
     """Return the tuning for one experiment.
 
     Args:
-        model: the model.
+        model: of the actuator.
         par: its parameters.
-        names: the states that move.
+        names: active states.
         start: their values at the start.
-        experiment: the data, whose largest current and supply ripple count.
+        experiment: the data, for the largest current and the supply ripple.
 
     """
     top = max(float(np.nanmax(np.abs(experiment.current), initial=0.0)), 1e-6)
@@ -89,12 +89,12 @@ def tuning(
 
 
 def decay(period: float) -> Array:
-    """Return what remains of null drift and supply deviation after a sample period [s]."""
+    """Return the decay factors of null drift and supply deviation over a period [s]."""
     return np.asarray(np.exp(-period / np.array([NULL_TIME, SUPPLY_TIME])))
 
 
 def _supply_drift(experiment: Experiment) -> float:
-    """Return how far the supply wanders: what its reading shows beyond white noise [Pa]."""
+    """Return the standard deviation of the supply pressure in excess of white noise [Pa]."""
     readings = experiment.readings.get("supply_pressure")
     if readings is None:
         return SUPPLY_DRIFT

@@ -1,4 +1,4 @@
-"""Windows and pieces of a long recording, through the gains that were frozen along all of it."""
+"""Windows and pieces of a long recording, with the gains of the whole recording."""
 
 import math
 from collections.abc import Iterator
@@ -12,18 +12,18 @@ from hil_emulator.identify.prediction.observer.frozen_experiment import Frozen
 from hil_emulator.identify.prediction.observer.observer import BURN_IN
 
 WINDOW = 1.0
-"""Length of a window [s]: twenty times what settles in it and does not count."""
+"""Length of a window [s]: twenty times the excluded time at its start."""
 
 LONGEST = 30_000
-"""Samples of a piece: what a hundred terms do to five channels in it fills 60 MB."""
+"""Samples of a piece: derivatives of five channels by a hundred terms take 60 MB."""
 
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
-"""Its multiples, less their whole parts, are spread evenly however many they are (Weyl 1916): no
-excitation has this rhythm."""
+"""Golden ratio: fractional parts of its multiples are evenly distributed (Weyl 1916), and not in
+phase with a periodic excitation."""
 
 
 def first_samples(samples: int, length: int, part: float) -> Index:
-    """Return where windows begin that make up a part of a recording, one in each equal stretch.
+    """Return the first samples of windows that cover a part of a recording, one per equal stretch.
 
     Args:
         samples: of the recording.
@@ -38,9 +38,9 @@ def first_samples(samples: int, length: int, part: float) -> Index:
 
 
 def window(frozen: Frozen, first: int, last: int) -> Frozen:
-    """Return some samples of a recording as one that begins with the state predicted there.
+    """Return a section of a recording that starts with the state predicted there.
 
-    What set point and sensors remember begins anew, and settles as at any other start.
+    Memories of set point and sensors are reset; the first samples are excluded.
     """
     data, start, here = frozen.data, frozen.start, slice(first, last)
     settling = data.settling[here].copy()
@@ -63,21 +63,21 @@ def window(frozen: Frozen, first: int, last: int) -> Frozen:
 
 
 def counted(frozen: Frozen) -> Array:
-    """Return which residuals of a recording count, flat."""
+    """Return a mask of the residuals that are not excluded, flat."""
     channels = frozen.data.measured.shape[1]
     return np.repeat(~frozen.data.settling, channels)
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A piece of a long recording, with as much before it as settles.
+    """A piece of a long recording, which overlaps with the piece before by the excluded time.
 
     Attributes:
         frozen: the piece.
         begin: its first sample in the recording.
         end: the sample after its last one.
-        repeated: its first samples, which the piece before it has as well.
-        last: whether the recording ends with it.
+        repeated: number of samples in common with the piece before.
+        last: whether it is the last piece of the recording.
 
     """
 
@@ -89,7 +89,7 @@ class Piece:
 
 
 def pieces(frozen: Frozen) -> Iterator[Piece]:
-    """Yield a recording in pieces that follow each other, the whole if it is short."""
+    """Yield successive pieces of a recording, or the whole one if it is short."""
     samples, settles = len(frozen.data.measured), round(BURN_IN / frozen.data.period)
     if samples <= LONGEST:
         yield Piece(frozen, 0, samples, 0, True)

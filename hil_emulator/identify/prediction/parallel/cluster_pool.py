@@ -1,4 +1,4 @@
-"""The pool of a Dask cluster: frozen experiments stay on the worker that made them."""
+"""Pool on a Dask cluster; frozen experiments stay on the workers."""
 
 import math
 import warnings
@@ -25,7 +25,7 @@ from hil_emulator.identify.prediction.residuals.correlation import Correlogram, 
 from hil_emulator.platform.cluster import gathered
 
 LARGEST = 2**26
-"""Size of what one task returns [B] (assumed: a fraction of a worker's memory)."""
+"""Largest size of the result of a task [B] (assumed: a fraction of a worker's memory)."""
 
 T = TypeVar("T")
 
@@ -35,7 +35,7 @@ class ClusterPool:
 
     Args:
         client: a `distributed.Client`; the caller closes it.
-        predictor: of this process; the workers build their own like it.
+        predictor: of this process; the workers build equal ones.
 
     """
 
@@ -45,14 +45,14 @@ class ClusterPool:
         self._experiments: dict[int, tuple[Experiment, Any]] = {}
 
     def freeze(self, experiments: Sequence[Experiment], point: Point) -> Batch:
-        """Freeze experiments at a point and weigh their channels there."""
+        """Freeze experiments at a point and compute their weights there."""
         new = [e for e in experiments if id(e) not in self._experiments]
         for experiment, future in zip(new, _sent(self._client, new), strict=True):
             self._experiments[id(experiment)] = experiment, future
         futures = [self._experiments[id(e)][1] for e in experiments]
         kept = _mapped(self._client, _freeze, futures, self._predictor, point)
-        seen = gathered(self._client, _mapped(self._client, _seen, kept, self._predictor))
-        noise = noise_of_all(seen)
+        each = _mapped(self._client, _noise_estimate, kept, self._predictor)
+        noise = noise_of_all(gathered(self._client, each))
         largest = max((e.samples * len(e.readings) * 8 for e in experiments), default=1)
         batch = ClusterBatch(self._client, self._predictor, kept, max(1, LARGEST // largest))
         return batch if noise is None else batch.sharing(noise)
@@ -65,8 +65,8 @@ class ClusterBatch:
         client: of the cluster.
         predictor: future of the predictor.
         kept: futures of the frozen experiments.
-        points: most points per task.
-        noise: that they share.
+        points: largest number of points per task.
+        noise: common noise, or None.
 
     """
 
@@ -81,11 +81,11 @@ class ClusterBatch:
 
     @cached_property
     def frozen(self) -> Sequence[object]:
-        """The frozen experiments, fetched."""
+        """Frozen experiments, fetched from the workers."""
         return [kept.frozen for kept in gathered(self._client, self._kept)]
 
     def sharing(self, noise: Noise) -> "ClusterBatch":
-        """Return the same, weighed by another noise."""
+        """Return the batch weighted with another common noise."""
         kept = _mapped(self._client, _shared, self._kept, self._predictor, noise)
         return ClusterBatch(self._client, self._predictor, kept, self._points, noise)
 
@@ -95,17 +95,17 @@ class ClusterBatch:
         return float(sum(gathered(self._client, each)))
 
     def residuals(self, points: Sequence[Point], most: float = math.inf) -> Iterator[Array]:
-        """Yield the residual at each point, flat and whole, of all experiments in their order."""
+        """Yield the complete residual of all experiments at each point, flat."""
         yield from self._in_parts(points, _residuals)
 
     def with_other_sensors(self, base: Point, points: Sequence[Point]) -> Iterator[Array]:
-        """Yield the residual at points with the plant of another one, linearised along that."""
+        """Yield the residual at points with other sensors, linearised along the run at `base`."""
         yield from self._in_parts(points, _other_sensors, base)
 
     def _in_parts(
         self, points: Sequence[Point], task: Callable[..., Any], *same: Any
     ) -> Iterator[Array]:
-        """Yield what tasks return of each point, of all experiments in their order."""
+        """Yield the results of a task for each point, concatenated over the experiments."""
         parts = [points[i : i + self._points] for i in range(0, len(points), self._points)]
         waiting = [
             _mapped(self._client, task, self._kept, self._predictor, sent, *same)
@@ -119,7 +119,7 @@ class ClusterBatch:
 
 @dataclass
 class _Kept:
-    """A frozen experiment, as large as it is: Dask weighs what it would cost to move it."""
+    """A frozen experiment with its size, which Dask uses for scheduling."""
 
     frozen: object
 
@@ -128,14 +128,14 @@ class _Kept:
 
 
 def _bytes(value: object) -> int:
-    """Return the size of an array, or of those in a tuple."""
+    """Return the size of an array, or of the arrays in a tuple [B]."""
     if isinstance(value, tuple):
         return sum(map(_bytes, value))
     return value.nbytes if isinstance(value, np.ndarray) else 0
 
 
 def _sent(client: Any, things: Sequence[Any]) -> list[Any]:
-    """Send things as results of tasks: what was scattered is lost with the worker that has it."""
+    """Send objects as results of tasks, since scattered data are lost with their worker."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Sending large graph")
         return list(client.map(_same, things, pure=False))
@@ -143,7 +143,7 @@ def _sent(client: Any, things: Sequence[Any]) -> list[Any]:
 
 def _mapped(client: Any, function: Callable[..., Any], each: Sequence[Any], *same: Any) -> Any:
     """Submit a task for each of several futures, with the same further arguments."""
-    # not as keywords: Client.map makes large ones tasks of one name, which collide
+    # positional: Client.map turns large keyword arguments into tasks with colliding names
     return client.map(function, each, *([thing] * len(each) for thing in same), pure=False)
 
 
@@ -155,7 +155,7 @@ def _freeze(experiment: Experiment, predictor: Serialised, point: Point) -> _Kep
     return _Kept(frozen_at(deserialised(predictor), experiment, point))
 
 
-def _seen(kept: _Kept, predictor: Serialised) -> Correlogram | None:
+def _noise_estimate(kept: _Kept, predictor: Serialised) -> Correlogram | None:
     return deserialised(predictor).noise_estimate(kept.frozen)
 
 

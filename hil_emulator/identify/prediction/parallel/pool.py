@@ -1,4 +1,4 @@
-"""Where the experiments of a campaign are predicted: here on threads, or on a cluster."""
+"""Parallel prediction of experiments: interface, and implementation with threads."""
 
 import copy
 import math
@@ -19,57 +19,57 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 Point = tuple[Array, Array]
-"""The plant's and the sensors' parameters; see `PlantModel.memory`."""
+"""Parameters of plant and sensors; see `PlantModel.memory`."""
 
 
 TOGETHER = 8
-"""Sets of sensors that are carried along a run together."""
+"""Number of sets of sensors that are evaluated along a run at once."""
 
 
 class Batch(Protocol):
     """Experiments that were frozen together."""
 
     weight: float
-    """Of each residual, beside that of its channel."""
+    """Factor of each residual, in addition to the weight of its channel."""
 
     @property
     def frozen(self) -> Sequence[object]:
-        """What `Predictor.freeze` made of each, weighed, in this process."""
+        """Weighted results of `Predictor.freeze`, in this process."""
 
     @property
     def noise(self) -> Noise | None:
-        """The noise that they share; None where each has its own."""
+        """Common noise; None if each experiment has its own."""
 
     def sharing(self, noise: Noise) -> "Batch":
-        """Return the same, weighed by another noise."""
+        """Return the batch weighted with another common noise."""
 
     def log_determinant(self) -> float:
         """Return the sum of `Predictor.log_determinant` over the experiments."""
 
     def residuals(self, points: Sequence[Point], most: float = math.inf) -> Iterator[Array]:
-        """Yield the residual at each point, flat, of all experiments in their order.
+        """Yield the residual of all experiments at each point, flat.
 
-        One whose sum of squares exceeds `most` may lack the last experiments.
+        A residual whose sum of squares exceeds `most` may lack the last experiments.
         """
 
     def with_other_sensors(self, base: Point, points: Sequence[Point]) -> Iterator[Array]:
-        """Yield the residual at points with the plant of another one, linearised along that."""
+        """Yield the residual at points with other sensors, linearised along the run at `base`."""
 
 
 class Pool(Protocol):
-    """Freezes experiments, and keeps them where they are predicted."""
+    """Freezes experiments, and stores them where they are predicted."""
 
     def freeze(self, experiments: Sequence[Experiment], point: Point) -> Batch:
-        """Freeze experiments at a point and weigh their channels there."""
+        """Freeze experiments at a point and compute their weights there."""
 
 
 class Threads:
-    """The pool of this process.
+    """Pool of threads in this process.
 
     Args:
         predictor: computes innovations.
-        jobs: threads; each takes one experiment of a point at a time.
-        exact: whether base laws have the model's form alone.
+        jobs: number of threads; each predicts one experiment at a time.
+        exact: whether base laws are fixed to the model's form.
 
     """
 
@@ -77,7 +77,7 @@ class Threads:
         self._predictor, self.jobs, self._exact = predictor, jobs, exact
 
     def freeze(self, experiments: Sequence[Experiment], point: Point) -> Batch:
-        """Freeze experiments at a point and weigh their channels there."""
+        """Freeze experiments at a point and compute their weights there."""
         predictor, jobs = self._predictor, self.jobs
         frozen = list(side_by_side(
             lambda e: frozen_at(predictor, e, point, exact=self._exact), experiments, jobs
@@ -92,11 +92,11 @@ class LocalBatch:
     """Experiments that were frozen in this process.
 
     Attributes:
-        predictor: has frozen them.
-        frozen: what it made of each.
+        predictor: that froze them.
+        frozen: results of `Predictor.freeze`.
         jobs: threads.
-        noise: that they share.
-        weight: of each residual, beside that of its channel.
+        noise: common noise, or None.
+        weight: factor of each residual, in addition to the weight of its channel.
 
     """
 
@@ -107,7 +107,7 @@ class LocalBatch:
     weight: float = 1.0
 
     def sharing(self, noise: Noise) -> "LocalBatch":
-        """Return the same, weighed by another noise."""
+        """Return the batch weighted with another common noise."""
         frozen = [sharing(self.predictor, f, noise) for f in self.frozen]
         return replace(self, frozen=frozen, noise=noise)
 
@@ -116,7 +116,7 @@ class LocalBatch:
         return sum(self.predictor.log_determinant(f) for f in self.frozen)
 
     def residuals(self, points: Sequence[Point], most: float = math.inf) -> Iterator[Array]:
-        """Yield the residual at each point, as far as its sum of squares is wanted."""
+        """Yield the residual at each point, truncated if its sum of squares exceeds `most`."""
         trials = [_Trial(self.predictor, point, most / self.weight**2) for point in points]
         for parts in self._each(_Trial.part, trials):
             wanted = [part for part in parts if part is not None]
@@ -125,39 +125,39 @@ class LocalBatch:
     def with_other_sensors(self, base: Point, points: Sequence[Point]) -> Iterator[Array]:
         """Yield the residual at each point."""
 
-        def seen(some: Sequence[Point], frozen: object) -> Array:
+        def of_group(some: Sequence[Point], frozen: object) -> Array:
             return other_sensors(self.predictor, frozen, base, some)
 
         groups = [points[i : i + TOGETHER] for i in range(0, len(points), TOGETHER)]
-        for parts in self._each(seen, groups):
+        for parts in self._each(of_group, groups):
             yield from self.weight * np.concatenate(parts, axis=1)
 
     def _each(self, work: Callable[[T, object], R], over: Sequence[T]) -> Iterator[list[R]]:
-        """Yield the work on each, of all experiments; a thread takes one of these at a time."""
+        """Yield, for each item, the results for all experiments."""
         tasks = [(one, frozen) for one in over for frozen in self.frozen]
-        made = side_by_side(lambda task: work(*task), tasks, self.jobs)
+        results = side_by_side(lambda task: work(*task), tasks, self.jobs)
         for _ in over:
-            yield list(islice(made, len(self.frozen)))
+            yield list(islice(results, len(self.frozen)))
 
 
 class _Trial:
-    """A point at which all experiments are predicted, as long as their sum of squares is wanted."""
+    """Prediction of all experiments at a point until their sum of squares exceeds a limit."""
 
     def __init__(self, predictor: Predictor, point: Point, most: float) -> None:
         self._predictor, self._point, self._most = predictor, point, most
         self._powers: list[float] = []
 
     def part(self, frozen: object) -> Array | None:
-        """Return the residual of the next experiment; None, as of all later ones, beyond that."""
+        """Return the residual of the next experiment; None after the limit was exceeded."""
         if sum(self._powers) > self._most:
             return None
-        found = residual(self._predictor, frozen, self._point)
-        self._powers.append(float(found @ found))
-        return found
+        part = residual(self._predictor, frozen, self._point)
+        self._powers.append(float(part @ part))
+        return part
 
 
 def side_by_side(work: Callable[[T], R], over: Sequence[T], jobs: int) -> Iterator[R]:
-    """Yield the work on each in order; the compiled code does not hold the interpreter."""
+    """Yield results in order, computed by threads; the compiled code releases the GIL."""
     if jobs <= 1 or len(over) <= 1:
         yield from map(work, over)
         return
@@ -166,19 +166,19 @@ def side_by_side(work: Callable[[T], R], over: Sequence[T], jobs: int) -> Iterat
 
 
 def by_turns(work: Callable[[T], R], over: Sequence[T], jobs: int) -> Iterator[R]:
-    """Yield the same, where what is made would fill the memory: one for each thread at a time."""
+    """Yield results in order, at most `jobs` at a time in memory."""
     for first in range(0, len(over), jobs):
         yield from side_by_side(work, over[first : first + jobs], jobs)
 
 
-def noise_of_all(seen: Sequence[Correlogram | None]) -> Noise | None:
-    """Return the noise that experiments share; None where each has its own."""
-    told = [c for c in seen if c is not None]
-    return shared(told) if told else None
+def noise_of_all(correlograms: Sequence[Correlogram | None]) -> Noise | None:
+    """Return the common noise of experiments; None if each has its own."""
+    present = [c for c in correlograms if c is not None]
+    return shared(present) if present else None
 
 
 def sharing(predictor: Predictor, frozen: object, noise: Noise) -> object:
-    """Return a frozen experiment weighed by a noise that all share; the one given stays."""
+    """Return a copy of a frozen experiment, weighted with a common noise."""
     other = copy.copy(frozen)
     predictor.share(other, noise)
     return other
@@ -187,7 +187,7 @@ def sharing(predictor: Predictor, frozen: object, noise: Noise) -> object:
 def frozen_at(
     predictor: Predictor, experiment: Experiment, point: Point, *, exact: bool = False
 ) -> object:
-    """Return an experiment frozen and weighed at a point."""
+    """Return an experiment, frozen and weighted at a point."""
     frozen = predictor.freeze(experiment, *point)
     predictor.weigh(frozen, *point)
     if not exact:
@@ -203,6 +203,6 @@ def residual(predictor: Predictor, frozen: object, point: Point) -> Array:
 def other_sensors(
     predictor: Predictor, frozen: object, base: Point, points: Sequence[Point]
 ) -> Array:
-    """Return the residual of one experiment at points with the plant of another one, each flat."""
-    found = predictor.with_other_sensors(frozen, *base, [chan for _, chan in points])
-    return predictor.integrated_out(frozen, tamed(found).reshape(len(points), -1))
+    """Return one experiment's residuals with other sensors and the plant of `base`, each flat."""
+    residuals = predictor.with_other_sensors(frozen, *base, [chan for _, chan in points])
+    return predictor.integrated_out(frozen, tamed(residuals).reshape(len(points), -1))

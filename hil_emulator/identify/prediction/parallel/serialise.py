@@ -1,6 +1,6 @@
-"""A predictor for another process: all but its machine code and its effects, which are code.
+"""Serialisation of a predictor for another process, without machine code and effects.
 
-The other process imports the same effects and compiles the model, or finds it in its own cache.
+The other process imports the same effects, and compiles the model or loads it from its cache.
 """
 
 import io
@@ -28,13 +28,13 @@ _building = Lock()
 
 @dataclass(frozen=True)
 class Serialised:
-    """A predictor that can travel.
+    """A serialised predictor.
 
     Attributes:
-        state: the predictor; code in it is represented by name.
-        effects: names of those that its model knows.
+        state: pickled predictor, with code represented by name.
+        effects: names of the effects of its model.
         files: effect files of the user.
-        code: digest of the code that it ran with.
+        code: digest of the sender's code.
 
     """
 
@@ -45,7 +45,7 @@ class Serialised:
 
 
 def serialised(predictor: Predictor) -> Serialised:
-    """Return a predictor ready to travel."""
+    """Return a serialised predictor."""
     kernel = predictor.model.kernel
     buffer = io.BytesIO()
     _Pickler(buffer, pickle.HIGHEST_PROTOCOL).dump(predictor)
@@ -67,24 +67,24 @@ def deserialised(sent: Serialised) -> Predictor:
 @lru_cache(maxsize=2)
 def _built(sent: Serialised) -> Predictor:
     with TemporaryDirectory() as folder:
-        own = restored(sent.files, Path(folder))
-        known = tuple(effect for effect in (*CATALOGUE, *own) if effect.name in sent.effects)
-        kernel = probed(known, cache_folder())
+        users = restored(sent.files, Path(folder))
+        chosen = tuple(effect for effect in (*CATALOGUE, *users) if effect.name in sent.effects)
+        kernel = probed(chosen, cache_folder())
         if digest(kernel) != sent.code:
             raise UserError(
                 "--cluster: hil-emulator, numba or numpy have another version on a worker than "
                 "here; install the same, so that the results are the same"
             )
         loops = bind(kernel, cache_folder())
-    # the configuration names effects that the machine's kernel need not know
-    effects = {effect.name: effect for effect in (*CATALOGUE, *own, *kernel.effects)}
+    # the configuration may name effects that are not compiled into the kernel
+    effects = {effect.name: effect for effect in (*CATALOGUE, *users, *kernel.effects)}
     predictor: Predictor = _Unpickler(io.BytesIO(sent.state), effects, kernel, loops).load()
     return predictor
 
 
 class _Pickler(pickle.Pickler):
     def persistent_id(self, obj: Any) -> tuple[str, str] | None:
-        """Return what stands for code."""
+        """Return the name that represents an object of code, or None."""
         if isinstance(obj, Effect):
             return "effect", obj.name
         if isinstance(obj, Kernel):
@@ -100,7 +100,7 @@ class _Unpickler(pickle.Unpickler):
         self._effects, self._kernel, self._loops = effects, kernel, loops
 
     def persistent_load(self, pid: tuple[str, str]) -> Effect | Kernel | Loops:
-        """Return the code that stands for."""
+        """Return the object of code for a name."""
         kind, name = pid
         if kind == "effect":
             return self._effects[name]

@@ -1,4 +1,4 @@
-"""Which states of a model move at some parameters, and how fast they may."""
+"""States of a model that are active at some parameters, and its largest eigenvalue."""
 
 from collections.abc import Sequence
 
@@ -18,7 +18,7 @@ from hil_emulator.model.stages import (
 )
 
 USUAL_SPEED = 0.1
-"""A usual speed of the rod [m/s] (assumed)."""
+"""Typical speed of the rod [m/s] (assumed)."""
 
 SHARED_STATES = (
     (dry_friction_acts, quantities.FRICTION_STATES),
@@ -26,10 +26,10 @@ SHARED_STATES = (
     (holding_acts, quantities.HOLDING_STATES),
     (coupling_acts, quantities.COUPLING_STATES),
 )
-"""States that move only where an effect of a stage is on."""
+"""States that are active only if an effect of a stage is on."""
 
 _TINY = {"pressure_a": 1.0, "pressure_b": 1.0, "pump_pressure": 1.0}
-"""Steps of differences by pressures [Pa]; other states take 1e-7 of their unit."""
+"""Finite difference steps of pressures [Pa]; other states have 1e-7 of their unit."""
 
 
 class ActiveStates:
@@ -48,17 +48,17 @@ class ActiveStates:
         self._movers = [_mover(e, at[e.field_of(e.knob)]) for e in moving]
 
     def active(self, par: Array) -> list[str]:
-        """Return the states that move: those of every actuator and of the effects that act."""
+        """Return the active states: those of every actuator and of the acting effects."""
         acting = [m for m in self._movers if is_on(m[0], float(par[m[1]]))]
         at = {law.stage.name for effect, _, _ in acting for law in effect.laws}
         states = [q.name for q in quantities.STATES]
         for acts, moved in SHARED_STATES:
             if acts.stage.name in at:
                 states += [q.name for q in moved]
-        return states + [name for _, _, own in acting for name in own]
+        return states + [name for _, _, names in acting for name in names]
 
     def fastest(self, par: Array, rest: Array) -> float:
-        """Return the largest eigenvalue around a state of rest and slow motion there [rad/s]."""
+        """Return the largest eigenvalue at rest and at the typical speed [rad/s]."""
         rows = [self._states.index(n) for n in self.active(par)]
         return max(self._spectral_radius(par, rest, rows, v) for v in (0.0, USUAL_SPEED))
 

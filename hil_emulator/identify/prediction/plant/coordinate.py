@@ -1,4 +1,4 @@
-"""One number of the model that a fit may change."""
+"""Coordinates: parameters of the model on the scale on which they are fitted."""
 
 import math
 from dataclasses import dataclass
@@ -7,32 +7,32 @@ from typing import Literal
 from hil_emulator.model.declare import Effect, Param, Spread
 
 Scaling = Literal["linear", "logarithmic", "vanishing", "inverse"]
-"""How a value follows from its coordinate: in proportion, as a factor, in proportion to a power
-near zero and as a factor far from it, or in inverse proportion."""
+"""Relation of value and coordinate: proportional, exponential, proportional to a power near zero
+and exponential far from it, or inversely proportional."""
 
 _AT_NEUTRAL = math.e - 1.0
 
 
 @dataclass(frozen=True)
 class Coordinate:
-    """One number of the model that a fit may change, on an engineering scale.
+    """A parameter of the model that a fit may change, on an engineering scale.
 
     Attributes:
-        name: what people call it, `effect` or `channel.effect` or `table_param`.
-        field: its field in the parameter record.
-        channel: the sensor channel, or "" for the plant.
+        name: `effect` or `channel.effect` or `table_param`.
+        field: field in the parameter record.
+        channel: sensor channel, or "" for the plant.
         unit: SI unit.
-        shown: the unit for people.
-        scale: one engineering unit of it: in `unit`, of the inverse, or of the logarithm.
-        neutral: the value in the configuration; an inverse one measures 1/value from zero.
-        scaling: how the value follows from the coordinate.
+        shown: unit in reports.
+        scale: unit of the coordinate: in `unit`, of the inverse, or of the logarithm.
+        neutral: value in the configuration; for an inverse scaling, 1/value is measured from zero.
+        scaling: relation of value and coordinate.
         low: smallest value.
         high: largest value.
         prior: standard deviation of an ordinary parameter, in `scale`; infinite for an effect.
-        effect: the declaration, or None for a parameter that every actuator has.
-        power: of a vanishing one, the power with which its influence grows from zero.
+        effect: declaration of the effect, or None for a parameter of every actuator.
+        power: exponent of the influence near zero, for a vanishing scaling.
         stated: whether the configuration states the value.
-        also: fields whose values the data show only as a product with this one.
+        also: fields of which the data determine only the product with this one.
         least: smallest value apart from zero.
 
     """
@@ -63,20 +63,20 @@ class Coordinate:
 
     @property
     def inverse(self) -> bool:
-        """Whether it is off at infinity, so that 1/value is what grows from zero."""
+        """Whether the effect is off at infinity; the coordinate is then proportional to 1/value."""
         return self.scaling == "inverse"
 
     def value(self, coordinate: float) -> float:
-        """Return the parameter [unit] at a coordinate; 0 is the configuration."""
-        moved = self.possible(coordinate) * self.scale
+        """Return the parameter [unit] at a coordinate; 0 is the configured value."""
+        offset = self.possible(coordinate) * self.scale
         if self.scaling == "inverse":
-            return 1.0 / moved if coordinate > 0.0 else math.inf
+            return 1.0 / offset if coordinate > 0.0 else math.inf
         if self.scaling == "logarithmic":
-            return self.neutral * math.exp(moved)
+            return self.neutral * math.exp(offset)
         if self.scaling == "vanishing":
-            part = max(math.expm1(1.0 + moved), 0.0) / _AT_NEUTRAL
+            part = max(math.expm1(1.0 + offset), 0.0) / _AT_NEUTRAL
             return float(self.neutral * part ** (1.0 / self.power))
-        return self.neutral + moved
+        return self.neutral + offset
 
     def at(self, value: float) -> float:
         """Return the coordinate of a parameter [unit]."""
@@ -96,33 +96,33 @@ class Coordinate:
 
     @property
     def place(self) -> str:
-        """The sensor, or the part of the machine, at which an effect acts; "" of none."""
+        """Sensor, or part of the machine, at which an effect acts; "" without an effect."""
         return self.channel or (self.effect.stage.table if self.effect else "")
 
     @property
     def stage(self) -> str:
-        """The sensor, or the stage of the model, at which an effect acts; "" of none."""
+        """Sensor, or stage of the model, at which an effect acts; "" without an effect."""
         return self.channel or (self.effect.stage.name if self.effect else "")
 
     @property
     def is_knob(self) -> bool:
-        """Whether it is the strength of an effect, rather than what else its law holds."""
+        """Whether it is the strength of an effect, rather than a shape parameter of its law."""
         return self.effect is not None and self.field == self.effect.field_of(self.effect.knob)
 
     def belongs_to(self, effect: str) -> bool:
-        """Tell whether it is the knob or a shape parameter of an effect."""
+        """Return whether it is the knob or a shape parameter of an effect."""
         return self.name == effect or self.name.startswith(f"{effect}.")
 
 
 def _moved(ratio: float, power: float, scaling: Scaling) -> float:
-    """Return how far a value lies from the neutral one, of which it is a multiple."""
+    """Return the offset of a value from the neutral one, given their ratio."""
     if scaling == "vanishing":
         return math.log1p(_AT_NEUTRAL * ratio**power) - 1.0
     return math.log(ratio) if ratio > 0.0 else -math.inf
 
 
 def scaled(param: Param, spread: Spread, neutral: float) -> tuple[Scaling, float]:
-    """Return how a number is fitted about a value, and one standard deviation of it there."""
+    """Return the scaling of a parameter about a value, and its prior standard deviation there."""
     if not spread.logarithmic:
         return "linear", spread.size
     if param.low == 0.0:

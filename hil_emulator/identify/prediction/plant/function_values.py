@@ -1,4 +1,4 @@
-"""Functions of the compiled model as values: what takes one is compiled once for all models."""
+"""First-class functions of the compiled model, so that loops are compiled once for all models."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ from numba.core import types
 from hil_emulator.model.compiling import address
 
 _types: Any = types
-"""Numba has no types for what makes types."""
+"""Numba's types have no annotations."""
 
 _VECTOR = _types.Array(types.float64, 1, "C")
 _PATH = _types.Array(types.float64, 2, "C")
@@ -38,13 +38,13 @@ class FunctionValue(_types.WrapperAddressProtocol):  # type: ignore[misc]
         self._address = address(compiled, signature)
 
     def __call__(self, *arguments: Any) -> Any:
-        """Call it."""
+        """Call the function."""
         return self._compiled(*arguments)
 
     def __wrapper_address__(self) -> int:
-        """Return where the machine code is."""
+        """Return the address of the machine code."""
         return self._address
 
     def signature(self) -> Any:
-        """Return what it takes and gives."""
+        """Return the types of arguments and result."""
         return self._signature

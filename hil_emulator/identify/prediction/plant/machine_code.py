@@ -1,8 +1,8 @@
-"""The predictor's loops compiled, kept for the next start.
+"""Compiled loops of the predictor, with a cache on disk.
 
-They take the functions of a model as values, so their machine code serves every model. It is kept
-as a module that is written out from all that they are made of: numba's own cache looks at the age
-of one file only, and would go on predicting as before an edit elsewhere.
+The loops take the functions of a model as first-class values, so that their machine code serves all
+models. The cache stores a generated module with all their sources, since numba's own cache checks
+only the age of one file and would miss an edit elsewhere.
 """
 
 import hashlib
@@ -45,8 +45,8 @@ from hil_emulator.identify.prediction.model_run.records import (
     Places,
     Rate,
     Restarts,
-    Seen,
     Sense,
+    SensorInputs,
     Start,
     Sweep,
     Tuning,
@@ -60,7 +60,7 @@ from hil_emulator.model.kernel import Kernel, keep, sources_digest
 
 _MAKERS: tuple[Callable[..., object], ...] = (
     run.begin,
-    run.beside,
+    run.second_run,
     run.install,
     run.enter,
     extended_kalman_filter.estimate_of,
@@ -69,12 +69,12 @@ _MAKERS: tuple[Callable[..., object], ...] = (
     free_run.widen,
     smoothing.observe,
     smoothing.proceed,
-    smoothing.forwards,
-    smoothing.backwards,
+    smoothing.forward_pass,
+    smoothing.backward_pass,
     quasi_static.implicit_step,
     quasi_static.pass_row,
 )
-"""Parts of a loop that make arrays."""
+"""Parts of loops that allocate arrays."""
 
 _PARTS: tuple[Callable[..., object], ...] = (
     run.advance,
@@ -113,7 +113,7 @@ _PARTS: tuple[Callable[..., object], ...] = (
     extended_kalman_filter.filter_samples,
     propagation.propagate_samples,
 )
-"""Parts that work on given ones."""
+"""Parts of loops that work on given arrays."""
 
 _LOOPS: tuple[Callable[..., object], ...] = (
     innovations.predict, extended_kalman_filter.linearise, propagation.propagate,
@@ -123,15 +123,15 @@ _LOOPS: tuple[Callable[..., object], ...] = (
 
 _RECORDS = (
     run.Run, run.Instruments, run.Passage, transition.Slopes, extended_kalman_filter.Estimate,
-    propagation.Changes, Gains, Jacobians, Entries, Errors, Seen, smoothing.Driven,
-    smoothing.Forwards,
+    propagation.Changes, Gains, Jacobians, Entries, Errors, SensorInputs, smoothing.Driven,
+    smoothing.ForwardPass,
 )  # fmt: skip
-"""Named tuples that the loops make."""
+"""Named tuples that the loops create."""
 
 
 @dataclass(frozen=True)
 class Loops:
-    """The loops, and the functions of one model for them.
+    """Compiled loops, and the functions of one model for them.
 
     Attributes:
         predict: see `innovations.predict`.
@@ -143,18 +143,18 @@ class Loops:
         carry: see `free_run.carry`.
         smooth: see `smoothing.smooth`.
         sweep: see `quasi_static.sweep`.
-        ticks: the model's integrations, of which each run takes one.
-        rate: the derivative of its state.
+        ticks: integrations of the model for sets of effects.
+        rate: derivative of its state.
         sense: its sensor chain.
 
     """
 
-    predict: Callable[[ParametrisedModel, Data, Start, Gains, Array, Array, Seen], None]
+    predict: Callable[[ParametrisedModel, Data, Start, Gains, Array, Array, SensorInputs], None]
     linearise: Callable[
         [ParametrisedModel, Data, Start, Tuning, Array, Gains, Array, Index], Jacobians
     ]
     propagate: Callable[[Gains, Jacobians, Entries, Array, Array, Single], None]
-    reread: Callable[[ParametrisedModel, Data, Seen, Array], None]
+    reread: Callable[[ParametrisedModel, Data, SensorInputs, Array], None]
     forces: Callable[[ParametrisedModel, Moments, Places, float, Array], Array]
     run_freely: Callable[[ParametrisedModel, Data, Start, Gains, Restarts], Errors]
     carry: Callable[[Gains, Jacobians, Array, Array, Array, Restarts, Array, Array], None]
@@ -171,7 +171,7 @@ def bind(kernel: Kernel, cache: Path | None) -> Loops:
 
     Args:
         kernel: the compiled model.
-        cache: folder for machine code; None compiles for this process alone.
+        cache: folder for machine code; None compiles for this process only.
 
     """
     rate, sense = FunctionValue(kernel.rate, RATE), FunctionValue(kernel.sense, SENSE)
@@ -193,7 +193,7 @@ def _compiled(cache: Path | None) -> dict[str, Any]:
     module.__dict__.update(
         np=np, INPUT_COUNT=run.INPUT_COUNT, SLIDING_BEND=SLIDING_BEND, SLID=sample_jacobian.SLID,
         CREEPING=sample_jacobian.CREEPING, NEARLY_EMPTY=sample_jacobian.NEARLY_EMPTY,
-        FAINTEST=propagation.FAINTEST, FINEST=quasi_static.FINEST,
+        SMALLEST=propagation.SMALLEST, FINEST=quasi_static.FINEST,
         compiled=inlined(nogil=True),
         allocating=allocating(nogil=True),
         entry_point=entry_point(file, rolled=True, nogil=True, _nrt=True),
@@ -203,14 +203,14 @@ def _compiled(cache: Path | None) -> dict[str, Any]:
 
 
 def digest(kernel: Kernel) -> str:
-    """Return a digest of the model's machine code and of what the loops are made of."""
+    """Return a digest of the model and of the sources of the loops."""
     return _digest(sources_digest(kernel.effects) + kernel.source)
 
 
 def _digest(model: str) -> str:
-    """Return a digest of some text and of what the loops are made of."""
-    found = hashlib.sha256(model.encode())
+    """Return a digest of a text and of the sources of the loops."""
+    hasher = hashlib.sha256(model.encode())
     folder = Path(__file__).parents[1]
     for file in sorted(folder.rglob("*.py")):
-        found.update(str(file.relative_to(folder)).encode() + file.read_bytes())
-    return found.hexdigest()[:16]
+        hasher.update(str(file.relative_to(folder)).encode() + file.read_bytes())
+    return hasher.hexdigest()[:16]

@@ -1,7 +1,7 @@
 """Size of a machine relative to the reference machine, for which effects declare typical sizes.
 
-Currents of a valve follow its rated current (`model.rating`). All else follows from four ratios:
-pressure, area of the piston, stroke and flow through the valve.
+Currents of a valve scale with its rated current (`model.rating`). Other sizes scale with four
+ratios: pressure, piston area, stroke and valve flow.
 """
 
 import math
@@ -26,11 +26,11 @@ class Nominal:
 
     Attributes:
         pressure: supply pressure.
-        force: supply pressure times area of the piston; on a bench without both, the force.
+        force: supply pressure times piston area; for a force bench, the load force.
         stroke: of the cylinder.
-        flow: of the valve at the rated current and the supply pressure.
+        flow: of the valve at rated current and supply pressure.
         current: rated current.
-        opening: of edges that leak, beyond the ratio of the currents.
+        opening: of leaking edges, in addition to the ratio of the currents.
 
     """
 
@@ -52,7 +52,7 @@ class Nominal:
         return self.flow / self.area
 
     def sized(self, param: Param, stage: Stage) -> Param:
-        """Return a declaration with the typical value of this machine, within its bounds."""
+        """Return a declaration with the typical value for this machine, within its bounds."""
         typical = param.typical
         if stage.table in TABLES and param.unit in _SIZES:
             typical *= _SIZES[param.unit](self)
@@ -61,14 +61,14 @@ class Nominal:
         return replace(param, typical=min(max(typical, param.low), param.high))
 
     def span(self, channel: str) -> float:
-        """Return the usual range of a channel over the reference machine's."""
+        """Return the typical range of a channel over the reference machine's."""
         return self.flow if channel in FLOWS else _SPANS[channel](self)
 
 
 EDGES = (metering, edge_sa, edge_at, edge_sb, edge_bt)
 
 TABLES = ("cylinder", "friction", "load", "supply", "tank")
-"""Tables whose effects grow with the machine."""
+"""Tables whose effects scale with the machine."""
 
 _SIZES: dict[str, Callable[[Nominal], float]] = {
     "N": lambda n: n.force,
@@ -82,7 +82,7 @@ _SIZES: dict[str, Callable[[Nominal], float]] = {
     "m^3/(s*Pa)": lambda n: n.flow / n.pressure,
     "Pa*s^2/m^6": lambda n: n.pressure / n.flow**2,
 }
-"""Size of an effect by the unit of its knob. A length is not in proportion to the stroke."""
+"""Scale of an effect, by the unit of its knob. Lengths do not scale with the stroke."""
 
 _SPANS: dict[str, Callable[[Nominal], float]] = {
     "pressure_a": lambda n: n.pressure,
@@ -95,14 +95,14 @@ _SPANS: dict[str, Callable[[Nominal], float]] = {
 }
 
 NULL_FLOWS = ("supply_flow", "return_flow")
-"""Meters of what passes from s to t."""
+"""Meters of the flow from port s to port t."""
 
 REFERENCE_FORCE = _REFERENCE["supply_pressure"] * _REFERENCE["cylinder_piston_area"]
 """Force of the reference machine at its supply pressure [N]."""
 
 
 def nominal(values: Mapping[str, float], rated: float) -> Nominal:
-    """Return the sizes of a machine; what it does not have is as in the reference machine.
+    """Return the sizes of a machine; unknown ones are those of the reference machine.
 
     Args:
         values: parameters by field, SI.
@@ -124,19 +124,17 @@ def _rounded(ratio: float) -> float:
 
 
 SPARE = 3.0
-"""Force that a bench is built for, over the largest that is recorded (assumed: so are load cells
-chosen)."""
+"""Nominal force of a bench over the largest recorded force (assumed, as load cells are chosen)."""
 
 
 def of_forces(experiments: Sequence[Experiment]) -> Nominal:
-    """Return the sizes of a bench of forces, by the largest load force that was recorded."""
+    """Return the sizes of a force bench, from the largest recorded load force."""
     largest = max(float(np.nanmax(np.abs(e.readings["load_force"]))) for e in experiments)
     return Nominal(force=_rounded(SPARE * largest / REFERENCE_FORCE))
 
 
 LEAKS = 0.3
-"""Usual opening of worn edges, over that whose turbulent flow is all that a bench meters (assumed).
-"""
+"""Typical opening of worn edges, over the opening with the total metered flow (assumed)."""
 
 REFERENCE_OPENING = 28e-6
 """Typical opening of the reference machine's edges at null [A] (S1 3.5.1)."""
@@ -145,12 +143,12 @@ REFERENCE_OPENING = 28e-6
 def of_leakage(
     machine: Nominal, experiments: Sequence[Experiment], values: Mapping[str, float]
 ) -> Nominal:
-    """Return the sizes of a valve with blocked ports, by the largest flow from s to t.
+    """Return the sizes of a valve with blocked ports, from the largest flow from s to t.
 
-    Two edges in a row share the supply pressure on either side.
+    On each side, two edges in series share the supply pressure.
 
     Args:
-        machine: sizes by the configuration.
+        machine: sizes from the configuration.
         experiments: of the bench.
         values: parameters by field, SI.
 

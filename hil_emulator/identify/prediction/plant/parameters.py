@@ -1,7 +1,7 @@
-"""Ordinary parameters: what no data sheet states exactly, refitted with every candidate.
+"""Ordinary (nuisance) parameters: uncertain configured values, refitted with every candidate.
 
-Holding them fixed invents effects: the nearest entry of the catalogue explains that the oil is
-10 % softer than configured.
+With fixed values, an oil 10 % softer than configured would be explained by an effect of the
+catalogue.
 """
 
 import math
@@ -17,29 +17,29 @@ from hil_emulator.model.law_forms import USUAL
 from hil_emulator.model.stages import SAMPLED
 
 FREE = "supply_pressure"
-"""A channel that follows a disturbance: no model says how it moves from sample to sample, so these
-data cannot show a lag, a delay or a hum of its sensor."""
+"""Channel of a random disturbance: lag, delay and hum of its sensor are not identifiable."""
 
 KNOB_TOLERANCE = 0.5
 """Relative standard deviation of an effect that the configuration states (assumed)."""
 
 UNKNOWN_SEALS = {"cylinder_piston_area": 0.10}
-"""Tolerances where the force balance stands alone (assumed: seals and rods of unknown size)."""
+"""Tolerances on a force bench (assumed: seals and rods of unknown size)."""
 
 CARRIAGE = {"load_mass": 0.10}
-"""The same where a drive moves the load (assumed: a carriage known from its drawing)."""
+"""Tolerances on a driven axis (assumed: mass of the carriage from its drawing)."""
 
 
 def ordinary(
     model: PlantModel, tolerances: Mapping[str, float] = MappingProxyType({})
 ) -> list[Coordinate]:
-    """Return the parameters of which a configuration leaves open what they are exactly.
+    """Return the uncertain parameters of a configuration, the stated ones first.
 
-    Of what it states, which comes first, that is the tolerance; of the rest it is the spread.
+    The prior standard deviation is the tolerance of a stated value, or the spread of an unstated
+    one.
 
     Args:
         model: of the configuration.
-        tolerances: relative standard deviation of stated values by field, in place of the usual.
+        tolerances: relative standard deviations of stated values by field, instead of the defaults.
 
     """
     usual = {**tolerances, **model.config.tolerances}
@@ -87,7 +87,7 @@ def is_usual(coordinate: Coordinate) -> bool:
 def _shapes(
     model: PlantModel, knob: Coordinate, tolerances: Mapping[str, float]
 ) -> Iterator[Coordinate]:
-    """Yield the open shape parameters of a stated effect."""
+    """Yield the uncertain shape parameters of a stated effect."""
     for shape in model.shapes(knob):
         if not shape.stated:
             yield shape
@@ -99,7 +99,7 @@ def _shapes(
 def _parameter(
     model: PlantModel, field: str, param: Param, tolerances: Mapping[str, float]
 ) -> Coordinate | None:
-    """Return a parameter that every actuator has; None where it has no value or an exact one."""
+    """Return a parameter of every actuator; None without a value or without uncertainty."""
     value = model.plant_values.get(field, 0.0)
     stated = param.default is None or field in model.config.stated
     open_by = Spread(math.log1p(tolerances.get(field, param.tolerance))) if stated else param.spread
@@ -122,17 +122,17 @@ def _knob(effect: Effect, param: Param, value: float, tolerance: float) -> Coord
 
 
 def candidates(model: PlantModel, channels: tuple[str, ...]) -> list[Coordinate]:
-    """Return every effect that may be named and that the configuration leaves off."""
-    found = []
+    """Return all effects that may be named and that are off in the configuration."""
+    knobs = []
     for effect in (e for e in model.effects if e.named):
         if effect.stage not in SAMPLED:
             if not is_on(effect, model.plant_values.get(effect.field_of(effect.knob), effect.off)):
-                found.append(model.knob(effect, "", math.inf))
+                knobs.append(model.knob(effect, "", math.inf))
             continue
         for channel in (c for c in channels if concerns(effect, c)):
             coordinate = model.knob(effect, channel, math.inf)
             if channel == FREE and effect.states:
                 continue
             if predictable(effect) and not is_on(effect, coordinate.neutral):
-                found.append(coordinate)
-    return found
+                knobs.append(coordinate)
+    return knobs

@@ -1,4 +1,4 @@
-"""The configured actuator as identification sees it: its memory and what may change in it."""
+"""Model of the configured actuator for identification: parameters, coordinates and states."""
 
 import inspect
 import math
@@ -28,35 +28,34 @@ from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.model.stages import SAMPLED
 
 USUAL_SPREAD = factor(1.5)
-"""Spread of a shape parameter of a user's effect that states no spread (assumed)."""
+"""Spread of a shape parameter of a user's effect without a declared spread (assumed)."""
 
 SLOWER = 100.0
-"""Time that a flow meter takes over that of another transducer (assumed: turbines and gears follow
-within 10 ms to some seconds, pressure sensors within 0.1 to 2 ms)."""
+"""Time constant of a flow meter over that of another transducer (assumed: 10 ms to some seconds for
+turbines and gear meters, 0.1 to 2 ms for pressure sensors)."""
 
 DIVISION = {"PIECES": 4, "VELOCITY_DOUBT": 3e-5}
-"""How a step is divided in which something hits. A prediction reaches one sample ahead and readings
-correct it: of a rod that is driven against the ends of its stroke, chi-square changes by less than
-one in a thousand at the largest step, and a stiff coupling takes half as long.
-"""
+"""Subdivision of an integration step with an impact. It is coarser than in a simulation, since each
+prediction covers one sample: for a rod driven against its end stops, chi-square changes by less
+than 0.1 % at the largest step, and a stiff coupling takes half the time. """
 
 
 @lru_cache(maxsize=4)
 def probed(effects: tuple[Effect, ...], folder: Path | None) -> Kernel:
-    """Return the kernel with probes: one per catalogue, as what calls it is compiled for it."""
+    """Return the kernel with probes, cached by the effects."""
     return kernel.build((*effects, *PROBES, DRIFT), cache=folder, constants=DIVISION)
 
 
 def _has(config: Configuration, part: Effect) -> bool:
-    """Tell whether a machine has a part: what it has not, no step should have to carry."""
+    """Return whether a machine has a part; absent parts are not compiled into the step."""
     return is_on(part, config.plant.get(part.field_of(part.knob), part.off))
 
 
 class _Balances(Supply):
-    """A supply that is moved by the code that predicts: none is compiled for its rest alone."""
+    """Supply that uses the kernel's integration, to find its equilibrium without further code."""
 
     def step(self, steps: int) -> bool:
-        """Integrate, as any supply does."""
+        """Integrate over some steps."""
         path = np.empty((steps, len(CHANNELS)))
         return self.kernel.tick(
             self.states, self.past, self.parameters, self.inputs, self.signals, path,
@@ -65,7 +64,7 @@ class _Balances(Supply):
 
 
 class PlantModel:
-    """Parameter memory of one configuration, with every effect's shape at its default.
+    """Parameters of one configuration, with default shape parameters of every effect.
 
     Args:
         config: the configuration that should describe the machine.
@@ -79,7 +78,7 @@ class PlantModel:
         self.effects = tuple(e for e in config.effects if e.named or _has(config, e))
         self.kernel = probed(self.effects, cache)
         self.loops = bind(self.kernel, cache)
-        # ends that nobody has stated tell nothing of a log, whose position may count from anywhere
+        # unstated ends of the stroke: the position of a log may have any zero point
         gone = {e.field_of(p) for e in config.effects if e not in self.effects for p in e.params}
         stated = {n: v for n, v in config.plant.items() if n not in config.unsaid | gone}
         self.nominal = nominal(stated, self.rated)
@@ -114,14 +113,14 @@ class PlantModel:
     def _with_shapes(self, values: dict[str, float]) -> dict[str, float]:
         stroke = next(p for p in quantities.PARAMS["cylinder"] if p.name == "stroke")
         longer = values.get("cylinder_stroke", stroke.typical) / stroke.typical
-        # a shape whose default is zero, as a spring's rest at the stop, is taken where it is usual
+        # a shape parameter with default zero gets its typical value
         shapes = {e.field_of(p): (p.default or p.typical) * (longer if p.along_stroke else 1.0)
                   for e in self.effects if e.stage not in SAMPLED
                   for p in (self.sized(shape, e.stage.table) for shape in e.shape)}  # fmt: skip
         return shapes | values
 
     def transducer(self, name: str, values: dict[str, float]) -> Array:
-        """Return a channel's deterministic part: a predictor knows neither noise nor steps."""
+        """Return the parameters of a channel without noise and quantisation."""
         chosen: dict[str, float] = {}
         for effect in self.effects:
             if effect.stage not in SAMPLED:
@@ -144,7 +143,7 @@ class PlantModel:
     def memory(
         self, coordinates: Sequence[Coordinate], at: Sequence[float] | Array
     ) -> tuple[Array, Array]:
-        """Return the plant's and the sensors' parameters with coordinates moved."""
+        """Return the parameters of plant and sensors at given coordinates."""
         par, chan = self.par.copy(), self.chan.copy()
         for coordinate, value in zip(coordinates, at, strict=True):
             sensor, i = self.index(coordinate)
@@ -154,7 +153,16 @@ class PlantModel:
     def at(
         self, par: Array, chan: Array, step: float = 0.0, steps: int = 0, tick: Tick | None = None
     ) -> ParametrisedModel:
-        """Return the model at given parameters for the loops, which make `steps` per sample [s]."""
+        """Return the model at given parameters, for the compiled loops.
+
+        Args:
+            par: parameters of the plant.
+            chan: parameters of the transducers.
+            step: integration step [s].
+            steps: integration steps per part of a sample period.
+            tick: integration; None for that with all effects.
+
+        """
         return ParametrisedModel(
             tick or self.loops.ticks.whole, self.loops.rate, self.loops.sense, par, chan,
             self.drift, self.supply, self.bend, self.velocity, self.chambers, self.sources,
@@ -163,13 +171,13 @@ class PlantModel:
         )  # fmt: skip
 
     def _places(self, remembered: Sequence[SensorMemory], chan: Array) -> Index:
-        """Return where acting effects remember, and the index of the signal that each follows."""
+        """Return memory index and signal index of each memory of acting effects."""
         acting = [r for r in remembered if is_on(r.effect, chan[r.knob])]
         places = [(at, self.sources[r.channel]) for r in acting for at in r.places]
         return np.array(places, np.int64).reshape(-1, 2)
 
     def start(self, par: Array, step: float, pressures: tuple[float, float] | None) -> Array:
-        """Return the state at rest of a parameter set, at the given chamber pressures [Pa]."""
+        """Return the equilibrium state of a parameter set, at given chamber pressures [Pa]."""
         names = list(self.kernel.parameters.names or ())
         values = dict(zip(names, par.tolist(), strict=True))
         plant = Plant(self.kernel, values, step, _Balances(self.kernel, step))
@@ -178,15 +186,15 @@ class PlantModel:
         return plant.state_vector.copy()
 
     def active(self, par: Array) -> list[str]:
-        """Return the states that move: those of every actuator and of the effects that act."""
+        """Return the active states: those of every actuator and of the acting effects."""
         return self._moving.active(par)
 
     def fastest(self, par: Array) -> float:
-        """Return the largest eigenvalue of the model around rest and slow motion [rad/s]."""
+        """Return the largest eigenvalue of the model at rest and in slow motion [rad/s]."""
         return self._moving.fastest(par, self.start(par, 1e-5, None))
 
     def sized(self, param: Param, table: str) -> Param:
-        """Return a declaration as it is for this machine: currents of the valve by its rating."""
+        """Return a declaration with currents scaled to the valve's rating."""
         return sized(param, table, self.rated)
 
     def knob(self, effect: Effect, channel: str, prior: float) -> Coordinate:
@@ -211,17 +219,17 @@ class PlantModel:
         )  # fmt: skip
 
     def _span(self, channel: str) -> float:
-        """Return the usual range of a channel of this machine."""
+        """Return the typical range of a channel of this machine."""
         return SPANS[channel] * self.nominal.span(channel)
 
     def shapes(self, knob: Coordinate) -> list[Coordinate]:
-        """Return what else the law of an effect holds, to be fitted around what is usual."""
+        """Return the shape parameters of an effect, with priors around their typical values."""
         effect = knob.effect
         if effect is None:
             return []
         span = self._span(knob.channel) if knob.channel else 1.0
         table = self.chan if knob.channel else self.par
-        found = []
+        shapes = []
         for p in (self.sized(shape, effect.stage.table) for shape in effect.shape):
             field, spread = effect.field_of(p), p.spread or USUAL_SPREAD
             size = span if p.unit == "span" else 1.0
@@ -234,24 +242,27 @@ class PlantModel:
             neutral = float(table[self.index(shape)[1]])
             if np.isfinite(neutral) and neutral != 0.0 and spread.size:
                 scaling, scale = scaled(p, spread, neutral)
-                found.append(replace(shape, scaling=scaling, scale=scale, neutral=neutral))
-        return found
+                shapes.append(replace(shape, scaling=scaling, scale=scale, neutral=neutral))
+        return shapes
 
 
 def of_a_meter(knob: Param) -> Param:
-    """Return the declaration of a transducer's knob for a flow meter, which is slower."""
+    """Return the declaration of a transducer's knob for a flow meter, with its slower dynamics."""
     times = {"s": SLOWER, "Hz": 1.0 / SLOWER}.get(knob.unit, 1.0)
     return replace(knob, typical=min(max(times * knob.typical, knob.low), knob.high))
 
 
 def predictable(effect: Effect) -> bool:
-    """Whether a transducer effect changes what is expected, rather than scatter or round it."""
+    """Return whether a transducer effect is deterministic, not noise or quantisation."""
     arguments = inspect.signature(effect.law).parameters
     return "normal" not in arguments and effect.knob.name != "step"
 
 
 def concerns(effect: Effect, channel: str) -> bool:
-    """Whether a transducer effect can act in a channel: few channels look at another one."""
+    """Return whether a transducer effect can act in a channel.
+
+    Some effects need a differentiated or neighbouring channel.
+    """
     wired = {c.name: c for c in CHANNELS}.get(channel)
     takes = inspect.signature(effect.law).parameters
     if wired is None:

@@ -1,7 +1,6 @@
-"""Constant terms that can be put into each balance, to see what a small one does there.
+"""Probes: constant terms in each balance, for derivatives by unknown terms.
 
-They are effects like any other, known to the kernel of identification alone: so the same
-mechanism that adds physics adds an unknown term.
+They are declared like effects, in the kernel of identification only.
 """
 
 from hil_emulator.model.declare import Effect, Param, effect
@@ -50,9 +49,9 @@ def probe_return(port_pressure: float, term: float) -> float:
 
 @effect(command, knob=_knob("A", 1e-7), source="identification", signature="spool")
 def probe_drift(current: float, term: float) -> float:
-    """Add the drift of the null, which the predictor tracks: u = u + n.
+    """Add the null drift, a state of the predictor: u = u + n.
 
-    It acts on the spool, behind whatever delays or holds the set point.
+    It acts on the spool, after delay and hold of the set point.
     """
     return current + term
 
@@ -61,7 +60,7 @@ PROBES: tuple[Effect, ...] = (
     probe_friction, probe_load, probe_cross, probe_outward, probe_spool,
     probe_return,
 )  # fmt: skip
-"""Terms whose effect on the next state is wanted."""
+"""Probes for the balances."""
 
 DRIFT = probe_drift
-"""The valve's null, which is a state of the predictor."""
+"""Null drift of the valve, a state of the predictor."""

@@ -1,4 +1,4 @@
-"""Memory of the sensors that a correction of the state corrects too: of filters and past samples.
+"""Memory of the sensors (filters and past samples) that corrections of the state shift as well.
 
 See `run.correct`.
 """
@@ -20,10 +20,10 @@ class SensorMemory(NamedTuple):
     """Memory of one effect of a channel.
 
     Attributes:
-        effect: the effect.
+        effect: of a transducer.
         channel: index of the channel of the quantity.
-        knob: index of its knob among the parameters of all channels.
-        places: where it remembers, among what all of them do.
+        knob: index of the knob among the parameters of all channels.
+        places: indices in the memory of all channels.
 
     """
 
@@ -34,27 +34,27 @@ class SensorMemory(NamedTuple):
 
 
 def followed(kernel: Kernel) -> list[SensorMemory]:
-    """Return what the elements of the channels have followed of their quantities."""
-    found = []
+    """Return the filter memories of the channels' sensing elements."""
+    memories = []
     for e in (e for e in kernel.effects if e.stage is element):
         states = [q for q in e.states if q.unit == "span"]
-        found += [_remembered(kernel, e, i, kernel.memory, states) for i in range(len(CHANNELS))]
-    return found
+        memories += [_remembered(kernel, e, i, kernel.memory, states) for i in range(len(CHANNELS))]
+    return memories
 
 
 def recorded(kernel: Kernel) -> list[SensorMemory]:
-    """Return the samples on which laws look back."""
-    found, names = [], [c.name for c in CHANNELS]
+    """Return the memories of past samples that laws use."""
+    memories, names = [], [c.name for c in CHANNELS]
     for e in (e for e in kernel.effects if e.stage is transducer):
         states = [q for q in e.states if q.length > 1]
         derives = "differenced" in inspect.signature(e.law).parameters
         for i, channel in enumerate(CHANNELS if states else ()):
             one = _remembered(kernel, e, i, kernel.channel_past, states)
             if not derives:
-                found.append(one)
+                memories.append(one)
             elif channel.differenced:
-                found.append(one._replace(channel=names.index(channel.differenced)))
-    return found
+                memories.append(one._replace(channel=names.index(channel.differenced)))
+    return memories
 
 
 def _remembered(

@@ -1,6 +1,6 @@
-"""The model's integration, compiled once more for the effects that act in most predictions.
+"""Integrations of the model that are compiled for the acting effects only.
 
-Code that knows only what acts takes two thirds of the time for a step, see `model.acting`.
+A step then takes two thirds of the time, see `model.acting`.
 """
 
 import hashlib
@@ -20,27 +20,25 @@ from hil_emulator.model.kernel import Kernel, sources_digest
 from hil_emulator.model.stages import SAMPLED
 
 WORTH_COMPILING = 2_500_000
-"""Integration steps with no other effects after which code for these is worth its making, 0.8 s:
-what it is made of is there, as this process has compiled the whole model (measured)."""
+"""Number of integration steps with a set of effects from which compiling for it pays off: it takes
+0.8 s if this process has compiled the whole model (measured)."""
 
 WORTH_COMPILING_ALL = 15_000_000
-"""The same where the whole model came from the cache, without what it is made of: 4 s more."""
+"""The same if the whole model was loaded from the cache; compiling its parts takes 4 s more."""
 
 WORTH_LOADING = 500_000
-"""The same for code that the cache holds: a step takes 0.2 us less, loading the code takes 0.1 s
-(measured); a cache that has grown holds code for what a search asks about once."""
+"""The same for code in the cache: a step takes 0.2 us less, loading takes 0.1 s (measured)."""
 
 OWN_PART = 0.5
-"""Part of the steps worth compiling for in which exactly these effects must have acted: of a minute
-of data, one that is named asks for four times as many, a candidate that is only refitted for 0.45
-of them (measured)."""
+"""Share of these steps with exactly this set of effects. For one minute of data, a named effect
+needs four times as many steps, a candidate that is refitted once 0.45 of them (measured)."""
 
 
 class Ticks:
     """The integrations of one model.
 
     Args:
-        whole: the kernel that knows every effect.
+        whole: kernel with all effects.
         cache: folder for machine code; None compiles for this process alone.
 
     """
@@ -51,77 +49,83 @@ class Ticks:
         at = {name: i for i, name in enumerate(whole.parameters.names or ())}
         self._knobs = [(e, at[e.field_of(e.knob)]) for e in whole.effects
                        if e.stage not in SAMPLED]  # fmt: skip
-        self._made: dict[frozenset[str], Tick | None] = dict.fromkeys(self._kept())
+        self._ticks: dict[frozenset[str], Tick | None] = dict.fromkeys(self._cached())
         self._used: Counter[frozenset[str]] = Counter()
-        self._making = Lock()
+        self._compiling = Lock()
 
     def at(self, par: Array, steps: int) -> Tick:
-        """Return the integration at some parameters, for so many steps, of what sensors see.
+        """Return the smallest integration that has all acting effects, for the sensors' signals.
 
-        Of those that know what acts there, it is the one that knows the least.
+        Args:
+            par: parameters of the plant.
+            steps: number of integration steps that it will be used for.
+
         """
         acting = frozenset(e.name for e, i in self._knobs if par[i] != e.off or e is DRIFT)
-        able = sorted((known for known in list(self._made) if acting <= known), key=len)
+        able = sorted((names for names in list(self._ticks) if acting <= names), key=len)
         least = able[0] if able else acting
-        if self._made.get(least) is None:
+        if self._ticks.get(least) is None:
             self._used[least] += steps
-            if not self._worthwhile(least, bool(able)):
-                return next((made for known in able if (made := self._made[known])), self.whole)
+            if not self._pays_off(least, bool(able)):
+                return next((tick for names in able if (tick := self._ticks[names])), self.whole)
         return self._tick(least)
 
-    def _worthwhile(self, known: frozenset[str], kept: bool) -> bool:
-        """Tell whether code for some effects is worth having; the cache may have kept it.
+    def _pays_off(self, names: frozenset[str], cached: bool) -> bool:
+        """Return whether code for some effects pays off, given the steps it would have taken.
 
-        It would have taken all steps in which no others acted, and will take such steps again.
+        Args:
+            names: of the effects.
+            cached: whether the cache has code for them.
+
         """
-        own = self._used[known]
-        if kept:
-            return own >= WORTH_LOADING
+        used = self._used[names]
+        if cached:
+            return used >= WORTH_LOADING
         worth = WORTH_COMPILING if has_parts(self._kernel) else WORTH_COMPILING_ALL
         # other threads count as well
         taken = sum(steps for acting, steps in list(self._used.items())
-                    if acting <= known and acting not in self._made)  # fmt: skip
-        return own >= OWN_PART * worth and taken >= worth
+                    if acting <= names and acting not in self._ticks)  # fmt: skip
+        return used >= OWN_PART * worth and taken >= worth
 
-    def _tick(self, known: frozenset[str]) -> Tick:
-        """Return an integration that knows some effects; that of all while another one is made."""
-        made = self._made.get(known)
-        if made is None and self._making.acquire(blocking=False):
+    def _tick(self, names: frozenset[str]) -> Tick:
+        """Return the integration for some effects; the whole one while another is compiled."""
+        tick = self._ticks.get(names)
+        if tick is None and self._compiling.acquire(blocking=False):
             try:
-                made = self._made[known] = self._compiled(known)
+                tick = self._ticks[names] = self._compiled(names)
             finally:
-                self._making.release()
-        return made or self.whole
+                self._compiling.release()
+        return tick or self.whole
 
-    def _compiled(self, known: frozenset[str]) -> Tick:
-        whole, acting = self._kernel, [e for e in self._kernel.effects if e.name in known]
+    def _compiled(self, names: frozenset[str]) -> Tick:
+        whole, acting = self._kernel, [e for e in self._kernel.effects if e.name in names]
         tick = FunctionValue(build_acting(whole, acting, self._cache), TICK)
         if folder := self._folder():
-            names = " ".join(sorted(known))
+            text = " ".join(sorted(names))
             with suppress(OSError):
-                write_whole(folder / _file_name(names), names)
+                write_whole(folder / _file_name(text), text)
         return tick
 
-    def _kept(self) -> Iterator[frozenset[str]]:
-        """Yield the effects of which there is code in the cache."""
+    def _cached(self) -> Iterator[frozenset[str]]:
+        """Yield the sets of effects with code in the cache."""
         if folder := self._folder():
             for file in folder.glob("*.acting"):
                 with suppress(OSError, UnicodeError):
-                    names = file.read_text()
-                    if file.name == _file_name(names):
-                        yield frozenset(names.split())
+                    text = file.read_text()
+                    if file.name == _file_name(text):
+                        yield frozenset(text.split())
 
     def _folder(self) -> Path | None:
-        """Return the folder that tells what was compiled for this model."""
+        """Return the folder with the list of compiled sets of effects for this model."""
         if self._cache is None:
             return None
-        own = hashlib.sha256(self._kernel.source.encode()).hexdigest()[:8]
-        folder = self._cache / sources_digest(self._kernel.effects) / f"acting_{own}"
+        model = hashlib.sha256(self._kernel.source.encode()).hexdigest()[:8]
+        folder = self._cache / sources_digest(self._kernel.effects) / f"acting_{model}"
         with suppress(OSError):
             folder.mkdir(parents=True, exist_ok=True)
         return folder
 
 
 def _file_name(names: str) -> str:
-    """Return the name of the file that holds the names of effects, so that damage shows."""
+    """Return the file name for a list of effects: its digest, which detects damaged files."""
     return f"{hashlib.sha256(names.encode()).hexdigest()[:16]}.acting"

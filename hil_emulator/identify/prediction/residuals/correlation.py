@@ -1,9 +1,9 @@
-"""How residuals are correlated over time, and how many independent values they are worth.
+"""Autocorrelation of residuals, and the effective number of independent values.
 
-A record of a given length says the same at any sample rate: its mean scatters by the spectral
-density of the residual at zero frequency over the record's length, and so do the estimates. The
-density is the sum of autocovariances up to where they are lost in chance, by the initial monotone
-sequence (Geyer 1992, section 3.3); all experiments of a channel share it.
+The information of a record does not depend on its sample rate: the variance of its mean is the
+spectral density of the residual at zero frequency over the record's length. The density is the sum
+of the autocovariances, truncated by the initial monotone sequence (Geyer 1992, section 3.3); it is
+common to all experiments of a channel.
 """
 
 from collections.abc import Sequence
@@ -15,32 +15,32 @@ from scipy.signal import fftconvolve
 from hil_emulator.identify.measured.experiment import Array, Mask
 
 LONGEST = 0.1
-"""Part of an experiment up to which lags are looked at."""
+"""Largest lag, as a share of an experiment."""
 
 BLOCK_OVER_MEMORY = 2.0
-"""Length of a block over the time for which residuals are correlated: of a noise with one lag,
-which is lost in chance after three times that, such blocks show five sixths of the variance."""
+"""Length of a block over the correlation time. For first-order noise, whose correlation becomes
+insignificant after three time constants, such blocks contain five sixths of the variance."""
 
 PARTS = 5
-"""Parts of the shortest block in which residuals are added up: as many lags tell it."""
+"""Number of lags in the shortest block; residuals are summed within each."""
 
 CHANCE = 2.0
-"""Standard deviations of an autocorrelation within which it is chance, in 19 of 20 cases."""
+"""Standard errors within which an autocorrelation is not significant (p = 0.05)."""
 
 LEAST = 1e-9
-"""Least standard deviation of a residual, in its unit (assumed: an exact one has none)."""
+"""Smallest standard deviation of a residual, in its unit (assumed; for exact data)."""
 
 
 @dataclass(frozen=True)
 class Correlogram:
-    """What one experiment tells of the correlation of its residual.
+    """Sums of lagged products of one experiment's residual.
 
     Attributes:
-        period: of its samples [s].
-        samples: their number.
-        copies: experiments that share its noise, itself included.
-        products: sum of the products of values that are as many samples apart as the index says.
-        pairs: their number.
+        period: of the samples [s].
+        samples: number of samples.
+        copies: number of experiments with the same noise.
+        products: sum of the products of values, by lag in samples.
+        pairs: number of products, by lag.
 
     """
 
@@ -53,51 +53,51 @@ class Correlogram:
 
 @dataclass(frozen=True)
 class Noise:
-    """What the residuals of all experiments of a channel have in common.
+    """Common noise of all experiments of a channel.
 
     Attributes:
-        density: spectral density at zero frequency, variance times the time in which it yields one
-            independent value [unit^2 s].
-        memory: time over which values are correlated [s].
-        sample_size: number of independent values that the data are worth.
-        seen: what each experiment told.
+        density: spectral density at zero frequency: variance times the time per independent value
+            [unit^2 s].
+        memory: correlation time [s].
+        sample_size: effective number of independent values.
+        correlograms: of each experiment.
 
     """
 
     density: float
     memory: float
     sample_size: float
-    seen: tuple[Correlogram, ...]
+    correlograms: tuple[Correlogram, ...]
 
     def weight(self, period: float, copies: int) -> float:
-        """Return the weight of a residual, so that the sum of squares counts independent values."""
+        """Return the weight for which the sum of squared residuals counts independent values."""
         return float(np.sqrt(period / (self.density * copies)))
 
     def left(self, residual: Array) -> "Noise":
-        """Return the noise that another explanation leaves.
+        """Return the noise of another model.
 
         Args:
-            residual: of that, of all experiments, flat, in the weights of this noise.
+            residual: of that model for all experiments, flat, weighted with this noise.
 
         """
-        ends = np.cumsum([c.samples for c in self.seen])[:-1]
+        ends = np.cumsum([c.samples for c in self.correlograms])[:-1]
         return shared([
             replace(c, products=_products(r / self.weight(c.period, c.copies), len(c.pairs)))
-            for c, r in zip(self.seen, np.split(residual, ends), strict=True)
+            for c, r in zip(self.correlograms, np.split(residual, ends), strict=True)
         ])  # fmt: skip
 
 
 def block_time(residuals: Sequence[Array], periods: Sequence[float], least: float) -> float:
-    """Return how long blocks of residuals have to be to be worth one independent value each [s].
+    """Return the length of nearly independent blocks of residuals [s].
 
-    Residuals are correlated until their autocorrelation is one that white noise has in one of
-    twenty cases (Bartlett 1946, Supplement to the Journal of the Royal Statistical Society 8,
-    27-41), of the channel that remembers longest.
+    Twice the correlation time of the channel with the longest one: the lag at which the
+    autocorrelation is no longer significant, p = 0.05 (Bartlett 1946, Supplement to the Journal of
+    the Royal Statistical Society 8, 27-41).
 
     Args:
-        residuals: of each experiment, shape (samples, channels), zero where there is none.
+        residuals: of each experiment, shape (samples, channels), zero where missing.
         periods: of their samples [s].
-        least: shortest blocks [s]; within a part of such a one, residuals are added up.
+        least: shortest block [s].
 
     """
     widths = [max(1, round(least / PARTS / period)) for period in periods]
@@ -113,11 +113,11 @@ def block_time(residuals: Sequence[Array], periods: Sequence[float], least: floa
 
 
 def _remembered(series: Sequence[Array], steps: Sequence[float]) -> float:
-    """Return for how long the values of one channel stay correlated [s]."""
-    seen = [correlogram(v, v != 0.0, step) for v, step in zip(series, steps, strict=True)]
+    """Return the correlation time of one channel [s]."""
+    correlograms = [correlogram(v, v != 0.0, step) for v, step in zip(series, steps, strict=True)]
     step = max(steps)
-    covariance = _covariance(seen, step)
-    values = sum(float(c.pairs[0]) for c in seen)
+    covariance = _covariance(correlograms, step)
+    values = sum(float(c.pairs[0]) for c in correlograms)
     if covariance[0] <= 0.0 or not values:
         return 0.0
     lost = covariance <= covariance[0] * CHANCE / np.sqrt(values)
@@ -128,10 +128,10 @@ def correlogram(residual: Array, present: Mask, period: float, copies: int = 1) 
     """Return the sums of products of a residual by lag.
 
     Args:
-        residual: of one experiment, zero where there is none.
-        present: where there is one.
+        residual: of one experiment, zero where missing.
+        present: mask of present residuals.
         period: of the samples [s].
-        copies: experiments that share its noise, itself included.
+        copies: number of experiments with the same noise.
 
     """
     lags = max(2, int(LONGEST * len(residual)))
@@ -140,12 +140,12 @@ def correlogram(residual: Array, present: Mask, period: float, copies: int = 1) 
 
 
 def _products(values: Array, lags: int) -> Array:
-    """Return the sum of products of values by how far they are apart."""
+    """Return the sums of products of values, by lag."""
     return np.asarray(fftconvolve(values, values[::-1])[len(values) - 1 :][:lags])
 
 
 def shared(correlograms: Sequence[Correlogram]) -> Noise:
-    """Return the noise that several experiments have in common, whatever their order."""
+    """Return the common noise of several experiments, independent of their order."""
     step = max(c.period for c in correlograms)
     covariance = _covariance(correlograms, step)
     variance = max(float(covariance[0]), LEAST**2)
@@ -160,7 +160,7 @@ def shared(correlograms: Sequence[Correlogram]) -> Noise:
 
 
 def _covariance(correlograms: Sequence[Correlogram], step: float) -> Array:
-    """Return the autocovariance at multiples of a time step, as far as all experiments tell."""
+    """Return the autocovariance at multiples of a time step, for lags that all experiments have."""
     count = min(int(len(c.pairs) * c.period / step) for c in correlograms)
     products, weights = np.zeros(max(count, 2)), np.zeros(max(count, 2))
     for c in correlograms:

@@ -1,4 +1,4 @@
-"""How noisy channels are, and how large innovations are where nothing is missing."""
+"""Noise of channels, and size of innovations in the parts of a record without missing effects."""
 
 from collections.abc import Sequence
 
@@ -7,22 +7,21 @@ import numpy as np
 from hil_emulator.identify.measured.experiment import SPANS, Array, Experiment, Mask, noise_of
 
 SMALLEST_NOISE = 5e-5
-"""Noise of a channel without any, over its span (assumed: rounding of a recording)."""
+"""Smallest noise of a channel, over its span (assumed: rounding of a recording)."""
 
 QUIETEST = 0.25
-"""Least standard deviation that whitened innovations are taken to have (assumed): a channel without
-noise is as exact as the floor under its noise, not as a rod at rest makes it look."""
+"""Smallest standard deviation of whitened innovations (assumed); a rod at rest would give less."""
 
 
 def noise_levels(experiment: Experiment, channels: Sequence[str]) -> Array:
-    """Return the standard deviation of each channel's noise, from the data themselves."""
-    none = np.zeros(0)
-    return np.array([max(noise_of(experiment.readings.get(c, none)), SMALLEST_NOISE * SPANS[c])
+    """Return the standard deviation of each channel's noise, estimated from the data."""
+    empty = np.zeros(0)
+    return np.array([max(noise_of(experiment.readings.get(c, empty)), SMALLEST_NOISE * SPANS[c])
                      for c in channels])  # fmt: skip
 
 
 def quiet_rms(values: Array, length: int) -> float:
-    """Return the rms that a quarter of the stretches of this length stay below, from `QUIETEST`."""
+    """Return the first quartile of the rms over stretches of a length, at least `QUIETEST`."""
     if not len(values):
         return QUIETEST
     parts = np.array_split(values, max(1, len(values) // max(length, 1)))
@@ -31,14 +30,14 @@ def quiet_rms(values: Array, length: int) -> float:
 
 
 def quiet_weights(residual: Array, present: Mask, noise: Array, length: int, copies: int) -> Array:
-    """Return the weight of each channel's residuals by how large they are where nothing is missing.
+    """Return the weight of each channel's residuals, from their size in quiet stretches.
 
     Args:
         residual: in the channels' units, shape (samples, channels).
-        present: whether it counts, of the same shape.
+        present: mask of residuals that count, of the same shape.
         noise: standard deviation of each channel's noise.
-        length: of the stretches that may be quiet, in samples.
-        copies: experiments that share this noise.
+        length: of a stretch, in samples.
+        copies: number of experiments with the same noise.
 
     """
     quiet = [
