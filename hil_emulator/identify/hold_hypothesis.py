@@ -21,7 +21,7 @@ from hil_emulator.identify.estimation.set_point_course import (
 from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.prediction.observer.predictor import Predictor
 from hil_emulator.identify.selection.certainty import implausible_parameters, prior_penalty
-from hil_emulator.identify.selection.levels import NORMAL_95, TOLD_APART
+from hil_emulator.identify.selection.levels import DISTINGUISHABLE, NORMAL_95
 from hil_emulator.identify.selection.progress import Search
 from hil_emulator.identify.selection.search import Searcher
 
@@ -56,9 +56,9 @@ class Searched:
     def least_dead_time(self) -> float:
         """Lower end of the interval of the current's dead time as an ordinary parameter [s]."""
         fit = self.search.reported if self.search else None
-        if self.search is None or fit is None or self.search.settled is None:
+        if self.search is None or fit is None or self.search.reported_model is None:
             return 0.0
-        least = {c.name: (at - NORMAL_95 * self.search.settled.deviations[c.name]) * c.scale
+        least = {c.name: (at - NORMAL_95 * self.search.reported_model.deviations[c.name]) * c.scale
                  for c, at in zip(fit.coordinates, fit.at, strict=True)}  # fmt: skip
         return float(least.get(DEAD_TIME, 0.0))
 
@@ -123,12 +123,12 @@ def _undecided(
             return replace(second, held_assumed=True)
     elif first.least_dead_time > 0.0 and not first.named:
         report("searching again: a held current acts late as well")
-        second = search(held(given, "it comes late"))
+        second = search(held(given, "it acts late"))
         simple = second.search is not None and not second.named and not second.implausible
         later = first.least_dead_time > hold(given.learn)
         if simple or (later and second.named == {DEAD_TIME}):
             missing = "if it moved" if simple else "in any case"
-            noted = held(given, f"it comes late; {missing}, a dead time is missing")
+            noted = held(given, f"it acts late; {missing}, a dead time is missing")
             return replace(second, investigation=noted, held_assumed=True)
     return first
 
@@ -146,7 +146,7 @@ def widen(predictor: Predictor, last: Searched, report: Report, jobs: int = 1) -
     search = last.search
     if last.investigation.answer != "unknown" or search is None:
         return []
-    if search.final is None or search.settled is None:
+    if search.final is None or search.reported_model is None:
         return []
     report("estimating the values for a held current")
     try:
@@ -156,9 +156,9 @@ def widen(predictor: Predictor, last: Searched, report: Report, jobs: int = 1) -
     # `record_limits` widens the interval of a named dead time
     shift.pop(DEAD_TIME, None)
     deviations = {name: math.hypot(deviation, shift.get(name, 0.0))
-                  for name, deviation in search.settled.deviations.items()}  # fmt: skip
-    search.settled = replace(search.settled, deviations=deviations)
-    return ["intervals hold the values of a current that was held from row to row, too"]
+                  for name, deviation in search.reported_model.deviations.items()}  # fmt: skip
+    search.reported_model = replace(search.reported_model, deviations=deviations)
+    return ["intervals include the values for a current that was held from row to row"]
 
 
 def reconsidered(
@@ -184,6 +184,6 @@ def course(
 ) -> Investigation | None:  # fmt: skip
     """Return the data with a course of the current between the rows, or None after Ctrl-C."""
     try:
-        return followed(predictor, given, TOLD_APART, report, model, stated, jobs)
+        return followed(predictor, given, DISTINGUISHABLE, report, model, stated, jobs)
     except KeyboardInterrupt:
         return None

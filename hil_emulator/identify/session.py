@@ -18,7 +18,7 @@ from hil_emulator.identify.conclusion.record_limits import doubt_haste, doubt_ro
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.data_checks.consistency import without_contradictions
 from hil_emulator.identify.data_checks.shared_noise import counted
-from hil_emulator.identify.estimation.felt import felt
+from hil_emulator.identify.estimation.identifiability import identifiable
 from hil_emulator.identify.estimation.row_order import ordered
 from hil_emulator.identify.estimation.set_point_course import Investigation
 from hil_emulator.identify.hold_hypothesis import Report, Searched, course, searched, widen
@@ -129,7 +129,7 @@ def _identified(
     model = predictor.model
     candidates = _chosen(examinable(model, predictor), question)
     ordinary = parameters.ordinary(model, tolerances(predictor))
-    nuisances = felt(predictor, learn, ordinary, jobs)
+    nuisances = identifiable(predictor, learn, ordinary, jobs)
     nuisances += [c for c in ordinary if c.field in predictor.later and c not in nuisances]
     given = ordered(predictor, Investigation(learn, check, nuisances, candidates), report, jobs)
     first_choice = course(predictor, given, report, stated=question.set_points, jobs=jobs)

@@ -5,21 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hil_emulator.identify.estimation.experiment_estimates import EstimatesByExperiment
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.projection import Projection
-from hil_emulator.identify.estimation.settled import Settled
-from hil_emulator.identify.estimation.sizes import Sizes
+from hil_emulator.identify.estimation.reported_model import ReportedModel
 from hil_emulator.identify.prediction.free_terms.balances import CELL, PISTON
 from hil_emulator.identify.prediction.plant.parameters import candidates, ordinary
 from hil_emulator.identify.selection.certainty import (
-    apart,
-    borne_elsewhere,
-    deviation,
+    confounding_notes,
     discrepancy_uncertainty,
-    faint,
+    heterogeneous_estimates,
     interval,
-    taken_over,
+    nuisance_confounding,
+    total_deviation,
+    weak_effects,
 )
 from hil_emulator.identify.selection.evidence import Evidence, Trial
 from hil_emulator.identify.selection.progress import Round, Search
@@ -66,7 +66,10 @@ def test_a_faint_effect_needs_a_value_that_differs_from_zero(
     delta_chi2: float, uncertainty: float, too_faint: bool
 ) -> None:
     """Below a percent of the variance, one in a thousand has to be as far off by chance (3.29)."""
-    assert faint(search(delta_chi2, uncertainty=uncertainty)) == ["position_friction"] * too_faint
+    assert (
+        weak_effects(search(delta_chi2, uncertainty=uncertainty))
+        == ["position_friction"] * too_faint
+    )
 
 
 @pytest.mark.parametrize(
@@ -77,7 +80,7 @@ def test_a_faint_effect_explains_more_than_a_free_term(
     delta_chi2: float, free: float, too_faint: bool
 ) -> None:
     """A free term may gain 10 in chi-square by chance; it may not gain 1 % of the effect."""
-    assert faint(search(delta_chi2, free=free)) == ["position_friction"] * too_faint
+    assert weak_effects(search(delta_chi2, free=free)) == ["position_friction"] * too_faint
 
 
 def test_a_faint_effect_needs_a_machine_that_occurs() -> None:
@@ -92,7 +95,7 @@ def test_a_faint_effect_needs_a_machine_that_occurs() -> None:
         finished.rounds[-1] = replace(last, base=base)
         left = replace(last.terms[0], uncertainty=np.zeros(2))
         finished.rounds[-1].terms = [left]
-        assert faint(finished) == ["position_friction"] * too_faint
+        assert weak_effects(finished) == ["position_friction"] * too_faint
 
 
 @pytest.mark.parametrize(
@@ -104,7 +107,7 @@ def test_a_faint_effect_would_show_at_its_usual_size(
 ) -> None:
     """An effect without enough information is not named for a small gain, but for a large one."""
     finished = search(delta_chi2, information=information)
-    assert faint(finished) == ["position_friction"] * too_faint
+    assert weak_effects(finished) == ["position_friction"] * too_faint
 
 
 @pytest.mark.parametrize(("refused", "too_faint"), [(590.0, False), (610.0, True)])
@@ -116,30 +119,30 @@ def test_a_faint_effect_explains_no_less_than_what_was_refused(
     named = finished.rounds[0]
     other = replace(named.trials[0], evidence=replace(named.trials[0].evidence, delta_chi2=refused))
     named.trials.append(other)
-    assert faint(finished) == ["position_friction"] * too_faint
+    assert weak_effects(finished) == ["position_friction"] * too_faint
 
 
 @pytest.mark.parametrize(("delta_chi2", "too_faint"), [(300.0, True), (500.0, False)])
 def test_a_faint_effect_needs_a_law_that_fits(delta_chi2: float, too_faint: bool) -> None:
     """A rise along the stroke is not named if ripple explains more."""
     finished = search(delta_chi2)
-    finished.forms["position_friction"] = "a free term explains 74 % more"
-    assert faint(finished) == ["position_friction"] * too_faint
+    finished.law_mismatch["position_friction"] = "a free term explains 74 % more"
+    assert weak_effects(finished) == ["position_friction"] * too_faint
 
 
 def test_doubts_come_on_top_of_what_the_data_leave() -> None:
     """They have nothing to do with each other: their squares add."""
     finished = search(100.0, from_fit=0.3, uncertainty=0.4)
     fit = finished.rounds[-1].base
-    assert deviation(finished, fit, "position_friction") == pytest.approx(0.5, rel=1e-3)
+    assert total_deviation(finished, fit, "position_friction") == pytest.approx(0.5, rel=1e-3)
 
 
 def test_a_law_that_lacks_something_leaves_its_value_uncertain() -> None:
     """A misfit of a quarter of the amplitude makes the value uncertain by a quarter."""
     finished = search(1e4, from_fit=0.1)
-    finished.lacks["position_friction"] = 0.25**2
+    finished.lack_of_fit["position_friction"] = 0.25**2
     fit = finished.rounds[-1].base
-    assert deviation(finished, fit, "position_friction") == pytest.approx(
+    assert total_deviation(finished, fit, "position_friction") == pytest.approx(
         np.hypot(0.1, 0.25), rel=1e-3
     )
 
@@ -155,7 +158,7 @@ def test_what_a_strange_parameter_may_stand_in_for_is_uncertain(off: float, doub
     fit = Fit([delay, valve], at, start + slow @ at, slow, 0.0)
     as_configured = np.linalg.lstsq(slow[:, :1], -start)[0][0]
     expected = abs(as_configured - at[0]) if doubted else 0.0
-    assert taken_over(fit, 0) == pytest.approx(expected, rel=1e-9)
+    assert nuisance_confounding(fit, 0) == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -175,11 +178,13 @@ def test_a_value_with_an_implausible_parameter_is_uncertain(
     jacobian = shared + 0.3 * np.random.default_rng(7).standard_normal((300, len(free)))
     fit = Fit(free, at, np.zeros(300), jacobian / free[place].prior, 0.0)
     if other_law:
-        finished.forms[name] = "another one"
+        finished.law_mismatch[name] = "another one"
     by_the_data = float(np.sqrt(fit.covariance()[0, 0]))
-    moved = taken_over(fit, 0) if doubted else 0.0
-    assert deviation(finished, fit, name) == pytest.approx(np.hypot(by_the_data, moved), rel=1e-9)
-    notes = borne_elsewhere(finished, fit)
+    moved = nuisance_confounding(fit, 0) if doubted else 0.0
+    assert total_deviation(finished, fit, name) == pytest.approx(
+        np.hypot(by_the_data, moved), rel=1e-9
+    )
+    notes = confounding_notes(finished, fit)
     assert len(notes) == (off == 3.5)
     assert all(line.startswith("load_mass") and name in line for line in notes)
     assert not doubted or moved > by_the_data
@@ -202,7 +207,7 @@ def test_an_interval_of_another_law_counts_the_few_numbers_behind_its_spread() -
     fit = replace(fit, residual=fit.residual[:1], jacobian=fit.jacobian[:1])
     for _ in range(2000):
         lacking = 0.1 * random.standard_normal(5)
-        finished.lacks["position_friction"] = float(np.mean(lacking**2))
+        finished.lack_of_fit["position_friction"] = float(np.mean(lacking**2))
         low, high = interval(finished, fit, "position_friction")
         inside.append(low < 1.0 + 0.1 * random.standard_normal() < high)
     assert np.mean(inside) == pytest.approx(0.95, abs=0.015)
@@ -216,8 +221,14 @@ def test_an_interval_holds_the_size_that_one_more_experiment_wants() -> None:
     for _ in range(2000):
         *drawn, eighth = (1.0 + 0.1 * random.standard_normal(8)).tolist()
         reported = replace(fit, at=np.array([np.mean(drawn)]))
-        sizes = {"position_friction": Sizes(float(np.mean(drawn)), 1, [""] * 7, drawn, [1e-8] * 7)}
-        finished.settled = Settled(reported, {"position_friction": 1e-4}, sizes, [])
+        estimates = {
+            "position_friction": EstimatesByExperiment(
+                float(np.mean(drawn)), 1, [""] * 7, drawn, [1e-8] * 7
+            )
+        }
+        finished.reported_model = ReportedModel(
+            reported, {"position_friction": 1e-4}, estimates, []
+        )
         low, high = interval(finished, reported, "position_friction")
         inside.append(low < eighth < high)
     assert np.mean(inside) == pytest.approx(0.95, abs=0.015)
@@ -227,12 +238,12 @@ def test_the_larger_measure_of_what_a_law_lacks_counts() -> None:
     """Free terms see what is alike in all experiments, and sizes what no regressor explains."""
     finished = search(1e4)
     fit, name = finished.rounds[-1].base, "position_friction"
-    sizes = Sizes(1.0, 1, [""] * 3, [0.9, 1.0, 1.1], [1e-8] * 3)
-    finished.settled = Settled(fit, {name: 1e-4}, {name: sizes}, [])
-    apart = 0.1 * np.sqrt(1.0 + 1.0 / 3.0)
-    for lacks, expected in ((0.05**2, apart), (0.3**2, 0.3)):
-        finished.lacks[name] = lacks
-        assert deviation(finished, fit, name) == pytest.approx(expected, rel=1e-3)
+    estimates = EstimatesByExperiment(1.0, 1, [""] * 3, [0.9, 1.0, 1.1], [1e-8] * 3)
+    finished.reported_model = ReportedModel(fit, {name: 1e-4}, {name: estimates}, [])
+    heterogeneous_estimates = 0.1 * np.sqrt(1.0 + 1.0 / 3.0)
+    for lacks, expected in ((0.05**2, heterogeneous_estimates), (0.3**2, 0.3)):
+        finished.lack_of_fit[name] = lacks
+        assert total_deviation(finished, fit, name) == pytest.approx(expected, rel=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -244,9 +255,11 @@ def test_a_law_whose_sizes_are_apart_is_another_one(
 ) -> None:
     """Beyond chance, and beyond the root of the 1.5 % that any law may lack: 12 % of itself."""
     fit, name = search(1e4).rounds[-1].base, "position_friction"
-    sizes = Sizes(1.0, 1, ["", "", ""], values, [deviation**2] * 3)
-    words = apart(Settled(fit, {}, {name: sizes}, []))
-    assert words == ({name: "experiments want from 70% to 130% of this size"} if other else {})
+    estimates = EstimatesByExperiment(1.0, 1, ["", "", ""], values, [deviation**2] * 3)
+    words = heterogeneous_estimates(ReportedModel(fit, {}, {name: estimates}, []))
+    assert words == (
+        {name: "single experiments give from 70% to 130% of this value"} if other else {}
+    )
 
 
 @pytest.mark.parametrize(
@@ -259,8 +272,8 @@ def test_sizes_about_zero_are_reported_as_well(about: float, parts: dict[str, st
     A value below half of its uncertainty in each experiment, or of zero, has no parts.
     """
     fit, name = search(1e4).rounds[-1].base, "position_friction"
-    sizes = Sizes(about, 1, ["", "", ""], [-0.1, 0.0, 0.1], [0.02**2] * 3)
-    words = apart(Settled(fit, {}, {name: sizes}, []))
+    estimates = EstimatesByExperiment(about, 1, ["", "", ""], [-0.1, 0.0, 0.1], [0.02**2] * 3)
+    words = heterogeneous_estimates(ReportedModel(fit, {}, {name: estimates}, []))
     assert {n: part for n, part in parts.items() if part in words[n]} == parts
     assert bool(words) == bool(parts)
 

@@ -12,7 +12,7 @@ from hil_emulator.identify.prediction.free_terms.balances import FLOW_B, LEAKAGE
 from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant.parameters import candidates
 from hil_emulator.identify.selection.evidence import Evidence, Trial, ranked
-from hil_emulator.identify.selection.law_form import ConditionalTest, judge, others_beside
+from hil_emulator.identify.selection.law_form import ConditionalTest, judge, untried_independent
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score, score_of
 from tests.identify.rig_data import INSTRUMENTS, knee_model
@@ -125,13 +125,13 @@ def test_a_gain_above_that_of_any_shape_of_a_law_is_another_effect(
     assert round_.accepted is accepted
 
 
-@pytest.mark.parametrize(("law", "stands_out"), [(35.0, True), (70.0, False)])
-def test_an_independent_effect_keeps_nearly_all_of_its_gain(law: float, stands_out: bool) -> None:
+@pytest.mark.parametrize(("law", "keeps"), [(35.0, True), (70.0, False)])
+def test_an_independent_effect_keeps_nearly_all_of_its_gain(law: float, keeps: bool) -> None:
     """A fifth of it looks like what the leak leaves; where that is as large, it counts too much."""
     fit = base(law * SHAPE + 70.0 * NULL)
     test = ConditionalTest([term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)], fit)
     score = candidate("null_bias", fit, 0.2 * SHAPE + 0.98 * NULL)
-    assert test.stands_out(score, 20.0) is stands_out
+    assert test.keeps_its_gain(score, 20.0) is keeps
 
 
 @pytest.mark.parametrize(
@@ -163,7 +163,7 @@ def test_effects_elsewhere_are_tried_next_to_a_law_that_does_not_fit(
     terms = [term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)]
     judged = Round(fit, scores, [weak], terms, excerpt=whole)
     search = Search([], effects=[COORDINATES["internal_leakage"]])
-    assert [s.coordinate.name for s in others_beside(search, judged)] == expected
+    assert [s.coordinate.name for s in untried_independent(search, judged)] == expected
 
 
 def test_candidates_that_all_do_harm_are_in_order() -> None:
@@ -201,6 +201,6 @@ def test_a_term_that_follows_any_ripple_needs_more(hats: int, worth: bool) -> No
     knots = np.zeros(hats)
     statistic = 2.0 * 0.01 * N + 5.0
     ripple = DiscrepancyTerm(
-        LOAD, "position", statistic, 10.0, knots, knots, NULL[:, None], usual=5.0
+        LOAD, "position", statistic, 10.0, knots, knots, NULL[:, None], null_mean=5.0
     )
-    assert bool(Round(fit, [], [], [ripple]).worthwhile) is worth
+    assert bool(Round(fit, [], [], [ripple]).noticeable) is worth

@@ -11,7 +11,7 @@ from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.scan import scan
 from hil_emulator.identify.selection.search import Searcher
-from hil_emulator.identify.selection.starts import Confirmation
+from hil_emulator.identify.selection.starts import NonlinearCheck
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 pytestmark = pytest.mark.usefixtures("exact_forms")
@@ -45,7 +45,7 @@ def test_a_delay_is_found_behind_the_slow_valve_that_was_fitted_in_its_place(
     valve = [c.name for c in fit.coordinates].index("valve_natural_frequency")
     assert fit.at[valve] < -TOLERATED
     delay = effect("transport_delay")
-    best = Confirmation(fitter, fit).best(scan(fitter, fit, [delay]), 1)[0]
+    best = NonlinearCheck(fitter, fit).best(scan(fitter, fit, [delay]), 1)[0]
     assert best.start is not None
     assert best.estimate * delay.scale == pytest.approx(DELAY, rel=0.05)
     assert abs(best.start[valve]) < 1.0
@@ -62,6 +62,6 @@ def test_what_a_parameter_stands_in_for_is_looked_for_where_it_is_as_configured(
     delay, bias, other = effect("transport_delay"), effect("null_bias"), effect("overlap")
     scores = scan(fitter, fit, [delay, bias, other])
     first = [next(s for s in scores if s.coordinate is other)]
-    best = Confirmation(fitter, fit).stood_in_for(scores, first, 1)
+    best = NonlinearCheck(fitter, fit).masked_by_nuisance(scores, first, 1)
     assert [s.coordinate.name for s in best] == ["overlap", "transport_delay"]
     assert best[1].estimate * delay.scale == pytest.approx(DELAY, rel=0.05)

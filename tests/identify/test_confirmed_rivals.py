@@ -7,7 +7,7 @@ from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant import parameters
-from hil_emulator.identify.selection.rivals import confirmed
+from hil_emulator.identify.selection.rivals import confirmed_rivals
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 COORDINATES = {c.name: c for c in parameters.candidates(knee_model(), INSTRUMENTS)}
@@ -39,7 +39,7 @@ def test_an_effect_that_gains_as_much_in_addition_is_no_rival(
     named, at = final.coordinates[-1].name, final.at[:-1]
     instead = fitter.fit([*final.coordinates[:-1], *spring[0]], np.append(at, 1.0), 4)
     assert instead.chi2 < final.chi2
-    assert confirmed(fitter, final, named, [spring]) == []
+    assert confirmed_rivals(fitter, final, named, [spring]) == []
 
 
 def test_the_same_effect_by_another_name_is_one(leaking: tuple[Fitter, Fit]) -> None:
@@ -47,4 +47,4 @@ def test_the_same_effect_by_another_name_is_one(leaking: tuple[Fitter, Fit]) -> 
     fitter, final = leaking
     leak = final.coordinates[-1]
     model = [leak], np.array([0.5 * final.at[-1]])
-    assert confirmed(fitter, final, leak.name, [model]) == [leak.name]
+    assert confirmed_rivals(fitter, final, leak.name, [model]) == [leak.name]

@@ -6,8 +6,8 @@ from scipy.optimize import lsq_linear
 
 from hil_emulator.identify.estimation.levenberg_marquardt import (
     DAMPINGS,
-    LEAST_MENDED,
-    LEAST_PROMISED,
+    LEAST_PREDICTED,
+    LEAST_PREDICTED_DAMPED,
     steps,
 )
 from hil_emulator.identify.estimation.map_fit import Fitter
@@ -55,9 +55,9 @@ def test_no_step_is_tried_that_promises_nothing() -> None:
     """A fit that begins at its minimum ends there; a failed step needs a larger promise."""
     # along one column c with a prior of one, the gain of r = s c is s^2 |c|^4 / (|c|^2 + 1)
     column = np.eye(3)[:, :2]
-    assert offered(column, np.sqrt(1.9 * LEAST_PROMISED)) == []
-    assert len(offered(column, np.sqrt(2.1 * LEAST_PROMISED))) == 1
-    assert len(offered(column, np.sqrt(4.0 * LEAST_MENDED))) > 1
+    assert offered(column, np.sqrt(1.9 * LEAST_PREDICTED)) == []
+    assert len(offered(column, np.sqrt(2.1 * LEAST_PREDICTED))) == 1
+    assert len(offered(column, np.sqrt(4.0 * LEAST_PREDICTED_DAMPED))) > 1
 
 
 def test_a_damped_step_is_tried_only_where_it_differs_from_the_one_that_failed() -> None:
@@ -99,8 +99,8 @@ def test_a_fit_at_its_minimum_reports_convergence() -> None:
     fitter.freeze(free, np.zeros(2))
     fit = fitter.fit(free, np.zeros(2), 8)
     again = fitter.fit(free, fit.at, 8, jacobian=fit.jacobian)
-    assert again.settled
-    assert again.chi2 == pytest.approx(fit.chi2, abs=LEAST_MENDED)
+    assert again.converged
+    assert again.chi2 == pytest.approx(fit.chi2, abs=LEAST_PREDICTED_DAMPED)
 
 
 def test_a_loss_is_huber_s_whatever_has_run_away() -> None:

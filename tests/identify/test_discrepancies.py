@@ -28,7 +28,7 @@ COORDINATES = {c.name: c for c in parameters.candidates(knee_model(), INSTRUMENT
 
 def summed(columns: np.ndarray, jacobian: np.ndarray, residual: np.ndarray) -> Sums:
     """Return the sums over some rows, added in two parts."""
-    sums = Sums.nothing(len(columns), jacobian.shape[1])
+    sums = Sums.zeros(len(columns), jacobian.shape[1])
     for rows in (slice(0, 7), slice(7, None)):
         sums.add(columns[:, rows], jacobian[rows], residual[rows])
     return sums
@@ -43,7 +43,7 @@ def test_the_evidence_is_the_density_of_the_data(inflation: float) -> None:
     free = ORDINARY[:2]
     fit = Fit(free, at, residual, jacobian, 0.0)
     sums = summed(columns, jacobian, residual)
-    evidence = LogEvidence(fit, sums, Sums.nothing(3, 2), inflation)
+    evidence = LogEvidence(fit, sums, Sums.zeros(3, 2), inflation)
     rows, root = np.array([0, 2]), np.array([[0.5, 0.0], [0.3, 0.8]])
     prior = np.diag([c.prior**2 for c in free])
 
@@ -64,7 +64,7 @@ def test_terms_and_coordinates_are_those_of_linear_regression() -> None:
     residual, at = 2.0 * random.standard_normal(40), np.array([0.7, -1.2])
     free = ORDINARY[:2]
     sums = summed(columns, jacobian, residual)
-    evidence = LogEvidence(Fit(free, at, residual, jacobian, 0.0), sums, Sums.nothing(3, 2), 1.5)
+    evidence = LogEvidence(Fit(free, at, residual, jacobian, 0.0), sums, Sums.zeros(3, 2), 1.5)
     root = np.diag([0.5, 0.3, 0.8])
     both = np.hstack([jacobian, columns.T])
     prior = np.concatenate([[1.0 / c.prior**2 for c in free], 1.0 / np.diag(root) ** 2])
@@ -87,7 +87,7 @@ def test_of_held_out_data_the_prediction_counts() -> None:
     fit = Fit(free, at, residual, jacobian, 0.0)
     rows = np.arange(2)
     training = summed(*parts[0])
-    without = LogEvidence(fit, training, Sums.nothing(2, 1), inflation)
+    without = LogEvidence(fit, training, Sums.zeros(2, 1), inflation)
     evidence = LogEvidence(fit, training, summed(*parts[1]), inflation)
     others, there, mean_there = parts[1]
     covariance = np.linalg.inv(jacobian.T @ jacobian / inflation + free[0].prior ** -2.0)
@@ -147,7 +147,7 @@ def discrepancies_of(sides: tuple[Fitter, Fitter], effects: list[Coordinate]) ->
     start = np.array([0.0] * len(ORDINARY) + [1.0] * len(effects))
     fit = converge(fitter, free, start, effects, 3)
     held = fitter.frozen_at(other.experiments, fit.coordinates, fit.at)
-    return Discrepancies(fitter, fit, effects, fitter.elsewhere(fit, held))
+    return Discrepancies(fitter, fit, effects, fitter.linearised(fit, held))
 
 
 def test_what_acts_in_a_balance_of_no_effect_is_unknown(returning: tuple[Fitter, Fitter]) -> None:
@@ -181,9 +181,11 @@ def test_what_an_effect_makes_is_what_a_model_without_it_misses(
     free = [*ORDINARY, COORDINATES[name]]
     fit = converge(fitter, free, np.array([0.0] * len(ORDINARY) + [1.0]), free[-1:], 3)
     held = fitter.frozen_at(other.experiments, free, fit.at)
-    discrepancies = Discrepancies(fitter, fit, free[-1:], fitter.elsewhere(fit, held))
+    discrepancies = Discrepancies(fitter, fit, free[-1:], fitter.linearised(fit, held))
     without = fitter.fit(ORDINARY, fit.at[:-1], 6)
-    assert discrepancies.made[name].own == pytest.approx(without.chi2 - fit.chi2, rel=0.12)
+    assert discrepancies.contributions[name].unique == pytest.approx(
+        without.chi2 - fit.chi2, rel=0.12
+    )
 
 
 @pytest.mark.slow
@@ -245,7 +247,7 @@ def test_the_derivative_elsewhere_is_that_of_the_training_data_there(
     fitter.freeze(free, at)
     base = fitter.residual(free, at)
     here = fitter.jacobian(free, at, base)
-    elsewhere = fitter.elsewhere(Fit(free, at, base, here, 0.0), fitter.batch)
+    elsewhere = fitter.linearised(Fit(free, at, base, here, 0.0), fitter.batch)
     np.testing.assert_array_equal(elsewhere.residual, base)
     scale = np.linalg.norm(here, axis=0)
     np.testing.assert_allclose(elsewhere.jacobian / scale, here / scale, atol=1e-2)

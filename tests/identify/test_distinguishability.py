@@ -9,7 +9,7 @@ from hil_emulator.identify.estimation.clusters import UNCORRELATED, Clusters
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.evidence import Evidence, Trial
-from hil_emulator.identify.selection.levels import TOLD_APART
+from hil_emulator.identify.selection.levels import DISTINGUISHABLE
 from hil_emulator.identify.selection.rivals import rivals_of, separability
 from hil_emulator.identify.selection.scan import Score
 
@@ -101,7 +101,7 @@ def test_a_derivative_of_noise_makes_no_effects_alike() -> None:
     residual = np.where(spike > 0.0, 100.0, named.fit.residual)
     chosen = replace(named.score, column=spike)
     best = replace(named, score=chosen, fit=replace(named.fit, residual=residual))
-    assert UNCORRELATED.variance_factor(spike, residual) > 400.0 / TOLD_APART
+    assert UNCORRELATED.variance_factor(spike, residual) > 400.0 / DISTINGUISHABLE
     assert rivals_of(best, [chosen, other])[0] == []
     alike = replace(other, statistic=chosen.statistic, column=spike)
     assert rivals_of(best, [chosen, alike])[0] == ["b"]
@@ -124,7 +124,7 @@ def test_the_separating_size_separates() -> None:
     p = Problem(0.2, 200.0)
     _, size = rivals_of(p.trials[0], p.scores, p.trials)
     assert size is not None
-    assert separability(*p.scores, size=size) == pytest.approx(TOLD_APART, rel=1e-3)
+    assert separability(*p.scores, size=size) == pytest.approx(DISTINGUISHABLE, rel=1e-3)
 
 
 def test_no_size_separates_what_an_inexact_law_leaves() -> None:

@@ -12,7 +12,7 @@ from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.observer.windows import first_samples
 from hil_emulator.identify.prediction.plant import parameters
-from hil_emulator.identify.selection.scan import anew, scan
+from hil_emulator.identify.selection.scan import rescored, scan
 from hil_emulator.identify.session import identify
 from tests.identify.rig_data import CACHE, INSTRUMENTS, campaign, knee, knee_model, recorded
 
@@ -76,9 +76,9 @@ def test_an_excerpt_stands_for_all_data(few: None) -> None:
     assert there.statistic == pytest.approx(whole.statistic, rel=0.4)
     assert there.estimate == pytest.approx(whole.estimate, rel=0.1)
     assert part.fit.chi2 == pytest.approx(base.chi2, rel=0.4)
-    again = anew(fitter, base, there)
+    again = rescored(fitter, base, there)
     assert again.statistic == pytest.approx(whole.statistic, rel=1e-6)
-    assert anew(fitter, base, whole) is whole
+    assert rescored(fitter, base, whole) is whole
 
 
 @pytest.mark.slow

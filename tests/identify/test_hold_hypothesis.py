@@ -10,8 +10,8 @@ from hil_emulator.identify import hold_hypothesis
 from hil_emulator.identify.conclusion.record_limits import doubt_rows
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.estimation.fit import Fit
+from hil_emulator.identify.estimation.reported_model import ReportedModel
 from hil_emulator.identify.estimation.set_point_course import Investigation
-from hil_emulator.identify.estimation.settled import Settled
 from hil_emulator.identify.hold_hypothesis import Searched, searched, widen
 from hil_emulator.identify.measured.between_rows import CONTROLLER, SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
@@ -36,8 +36,8 @@ GIVEN = Investigation([LOG], [], [], [DEAD_TIME])
 def lateness(late: float, effects: list[Coordinate]) -> Search:
     """Return a search in which the current comes late [s], by 0.1 ms more or less."""
     fit = Fit([DEAD_TIME], np.array([late / DEAD_TIME.scale]), np.zeros(0), np.zeros((0, 1)), 0.0)
-    settled = Settled(fit, {DEAD_TIME.name: 1e-4 / DEAD_TIME.scale}, {}, [])
-    return Search([], effects=effects, final=fit, settled=settled)
+    reported = ReportedModel(fit, {DEAD_TIME.name: 1e-4 / DEAD_TIME.scale}, {}, [])
+    return Search([], effects=effects, final=fit, reported_model=reported)
 
 
 def answered(
@@ -193,12 +193,12 @@ def test_an_interval_holds_the_value_that_a_held_current_has(
     valve = next(c for c in ordinary(knee_model()) if c.name == "valve_natural_frequency")
     fit = Fit([valve, DEAD_TIME], np.ones(2), np.zeros(0), np.zeros((0, 2)), 0.0)
     search = Search([valve], final=fit)
-    search.settled = Settled(fit, {valve.name: 0.3, DEAD_TIME.name: 0.1}, {}, [])
+    search.reported_model = ReportedModel(fit, {valve.name: 0.3, DEAD_TIME.name: 0.1}, {}, [])
     apart = {valve.name: 0.4, DEAD_TIME.name: 9.0}
     monkeypatch.setattr(hold_hypothesis, "shifts", lambda *_: apart)
     last = Searched(replace(GIVEN, answer=answer), SEARCHER, search)
     notes = widen(OBSERVER, last, lambda _: None)
     assert [note for note in notes if "intervals" in note] == notes
     assert bool(notes) == wider
-    assert search.settled.deviations[valve.name] == pytest.approx(0.5 if wider else 0.3)
-    assert search.settled.deviations[DEAD_TIME.name] == 0.1
+    assert search.reported_model.deviations[valve.name] == pytest.approx(0.5 if wider else 0.3)
+    assert search.reported_model.deviations[DEAD_TIME.name] == 0.1

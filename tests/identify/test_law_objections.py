@@ -15,10 +15,13 @@ from hil_emulator.identify.prediction.free_terms.balances import (
 )
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.prediction.plant.parameters import candidates, ordinary
-from hil_emulator.identify.selection.certainty import implausible_parameters, not_by_chance
+from hil_emulator.identify.selection.certainty import (
+    highly_implausible_parameters,
+    implausible_parameters,
+)
 from hil_emulator.identify.selection.evidence import Evidence, Trial
-from hil_emulator.identify.selection.law_between import left_in_place
 from hil_emulator.identify.selection.law_form import displacing, judge, nearest
+from hil_emulator.identify.selection.mixed_law import rejected_in_place
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score
 from tests.identify.rig_data import INSTRUMENTS, knee_model
@@ -153,10 +156,10 @@ def test_of_many_parameters_one_is_farther_off_by_chance() -> None:
     """Three and a half deviations are not chance of a single one, but of one among a hundred."""
     valve = next(c for c in ordinary(knee_model()) if c.name == "valve_natural_frequency")
     one = Fit([valve], np.array([-3.5 * valve.prior]), np.zeros(N), np.zeros((N, 1)), 0.0)
-    assert not_by_chance(one)
+    assert highly_implausible_parameters(one)
     at = np.append(one.at, np.zeros(99))
     many = Fit([valve] * 100, at, np.zeros(N), np.zeros((N, 100)), 0.0)
-    assert not not_by_chance(many)
+    assert not highly_implausible_parameters(many)
 
 
 def test_the_nearest_effect_depends_on_what_the_term_depends_on() -> None:
@@ -205,5 +208,5 @@ def test_what_is_refused_where_an_effect_acts_belongs_to_its_law(
     )
     search = Search([], effects=[effect("threshold")], rounds=[round_])
     search.rounds.append(Round(first.fit, [other.score], [other], []))
-    refused_there = left_in_place(search)
+    refused_there = rejected_in_place(search)
     assert refused_there == ({"threshold": (refused, 0.03)} if left else {})

@@ -17,11 +17,11 @@ from hil_emulator.identify.selection.scan import Score
 from tests.identify.test_law_objections import effect, named, term
 from tests.studies.rules.rules import changed
 
-BELIEFS = ("OWN_SIZES", "SHARES", "SMOOTH")
+BELIEFS = ("LAW_ERROR_SIZES", "VARIANCE_SHARES", "SMOOTH")
 BELIEVED = ("discrepancies",)
 WHERE = {
     "GREATER_PART": ("law_form",), "NEARLY_ALL": ("evidence",), "SMALL_PART": ("evidence",),
-    "INEXACT": ("law_form",), "NOTICEABLE": ("progress",), **dict.fromkeys(BELIEFS, BELIEVED),
+    "LAW_TOLERANCE": ("law_form",), "NOTICEABLE": ("progress",), **dict.fromkeys(BELIEFS, BELIEVED),
 }  # fmt: skip
 """The module that asks, of a number that several ask for."""
 
@@ -81,7 +81,7 @@ def ripple_is_not_worth_a_word() -> bool:
     """Of the variance, a three-hundredth is what every machine has, a thirtieth is not."""
     fit = Fit([], np.zeros(0), np.ones(40_000), np.zeros((40_000, 0)), 4e4)
     terms = [term(PISTON, "position", gain) for gain in (133.0, 1333.0)]
-    whole = [Round(fit, [], [], [t]).worthwhile for t in terms]
+    whole = [Round(fit, [], [], [t]).noticeable for t in terms]
     return [bool(w) for w in whole] == [False, True]
 
 
@@ -92,14 +92,15 @@ def laws_lack_what_is_believed() -> bool:
     gaps 4/7, drag 2, a sensor's odd curve 3.
     """
     missed = [np.sqrt(1.0 - 3.0 * (2.0 * n + 1.0) / (n + 2.0) ** 2) for n in (0.5, 4 / 7, 2.0, 3.0)]
-    sizes = discrepancies.OWN_SIZES
+    sizes = discrepancies.LAW_ERROR_SIZES
     return all(min(sizes) < m < 1.01 * max(sizes) for m in missed)
 
 
 def shares_hold_all_that_is_told() -> bool:
     """From what chance gives a term of 40 000 residuals, to all of their variance."""
     by_chance = HATS / 40_000
-    return min(discrepancies.SHARES) < by_chance < 1e-3 < 1.0 < max(discrepancies.SHARES) < 10.0
+    shares = discrepancies.VARIANCE_SHARES
+    return min(shares) < by_chance < 1e-3 < 1.0 < max(shares) < 10.0
 
 
 def laws_are_smooth_and_no_straight_lines() -> bool:
@@ -112,9 +113,10 @@ def laws_are_smooth_and_no_straight_lines() -> bool:
 CLAIMS: dict[str, Callable[[], bool]] = {
     "FALSE_ALARM": false_alarms, "GREATER_PART": far_more_is_unknown,
     "NEARLY_ALL": rivals_are_judged_by_held_out_data,
-    "SMALL_PART": equals_are_told_by_their_shapes, "INEXACT": an_inexact_law_leaves_something,
-    "NOTICEABLE": ripple_is_not_worth_a_word, "OWN_SIZES": laws_lack_what_is_believed,
-    "SHARES": shares_hold_all_that_is_told, "SMOOTH": laws_are_smooth_and_no_straight_lines,
+    "SMALL_PART": equals_are_told_by_their_shapes, "LAW_TOLERANCE": an_inexact_law_leaves_something,
+    "NOTICEABLE": ripple_is_not_worth_a_word, "LAW_ERROR_SIZES": laws_lack_what_is_believed,
+    "VARIANCE_SHARES": shares_hold_all_that_is_told,
+    "SMOOTH": laws_are_smooth_and_no_straight_lines,
 }  # fmt: skip
 
 
@@ -139,5 +141,5 @@ def _holds(claim: Callable[[], bool]) -> bool:
 
 def test_there_is_no_other_number() -> None:
     """Every number of the module is one of these, or follows from a known distribution."""
-    derived = {"ONE_IN_TWENTY", "NORMAL_95", "TOLD_APART"}
+    derived = {"SIGNIFICANCE", "NORMAL_95", "DISTINGUISHABLE"}
     assert {n for n in vars(levels) if n.isupper()} == {*CLAIMS, *derived} - {*BELIEFS}

@@ -13,7 +13,7 @@ from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.selection.scan import scan
-from hil_emulator.identify.selection.starts import Confirmation
+from hil_emulator.identify.selection.starts import NonlinearCheck
 from hil_emulator.identify.session import identify
 from tests.identify.rig_data import CACHE, KNEE
 from tests.studies.generator.bench import TRAINING, VALIDATION, record
@@ -53,7 +53,7 @@ def test_a_limit_is_tried_nearer_than_infinity(unlimited: Configuration) -> None
     scores = scan(fitter, base, limits)
     limit = next(s for s in scores if s.coordinate.name == "spool_rate_limit")
     assert limit.statistic == 0.0
-    likeliest = Confirmation(fitter, base).best(scores, 1)[0]
+    likeliest = NonlinearCheck(fitter, base).best(scores, 1)[0]
     assert likeliest.coordinate.name == "spool_rate_limit"
     assert likeliest.statistic > 100.0
 

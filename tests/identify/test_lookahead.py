@@ -9,7 +9,7 @@ import pytest
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
-from hil_emulator.identify.selection.refits import Lookahead
+from hil_emulator.identify.selection.refits import PairSearch
 from hil_emulator.identify.selection.scan import Pair, Score, pairs_of, score_of
 
 N = 3000
@@ -99,5 +99,5 @@ def test_a_pair_is_followed_half_way_where_the_whole_is_too_long(
     model: Any = Bent(fit, sensitivities, bend)
     pair = Pair((scores[0], scores[1]), (1.0, 1.0), fit.chi2)
     with pytest.raises(AttributeError):  # it goes on to refit both, which this model cannot
-        Lookahead(model, fit, None, 20.0).leader([pair], 0.0)
+        PairSearch(model, fit, None, 20.0).first_of_pair([pair], 0.0)
     assert model.asked == parts

@@ -11,7 +11,7 @@ from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.selection.evidence import Evidence, Trial
 from hil_emulator.identify.selection.progress import Round, Search
-from hil_emulator.identify.selection.rivals import near_rivals, weighed
+from hil_emulator.identify.selection.rivals import near_rivals, rival_start
 from hil_emulator.identify.selection.scan import Score
 from hil_emulator.model.effects import lines
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
@@ -74,8 +74,8 @@ def test_a_pump_that_brings_a_state_is_found_in_the_place_of_one_without(
     assert coordinates[-1].name == "variable_pump"
     droop = coordinates[0].value(at[0]) / coordinates[-1].value(at[-1])
     assert droop == pytest.approx(10e5 / FLOW, rel=0.1)
-    again = replace(round_, near=near)
-    assert weighed(again, "variable_pump") is near["variable_pump"]
+    again = replace(round_, near_rivals=near)
+    assert rival_start(again, "variable_pump") is near["variable_pump"]
 
 
 @pytest.mark.slow

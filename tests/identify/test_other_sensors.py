@@ -15,7 +15,7 @@ from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 pytestmark = pytest.mark.usefixtures("exact_forms")
 
-UNSEEN = 1e-4
+HIDDEN = 1e-4
 """Change of the residuals that no fit sees, in standard deviations of the noise."""
 
 SMALL = 1e-2
@@ -50,7 +50,7 @@ def changes(sensor: Coordinate) -> tuple[np.ndarray, np.ndarray]:
 def test_another_sensor_changes_the_residual_as_predicted(name: str) -> None:
     """Every effect of a sensor, along a run with missing data."""
     carried, predicted = changes(SENSORS[name])
-    assert np.linalg.norm(carried - predicted) <= max(0.05 * np.linalg.norm(predicted), UNSEEN)
+    assert np.linalg.norm(carried - predicted) <= max(0.05 * np.linalg.norm(predicted), HIDDEN)
 
 
 def test_what_explains_much_is_predicted() -> None:

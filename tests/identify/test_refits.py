@@ -23,7 +23,7 @@ def test_what_does_nothing_where_it_was_fitted_has_gained_nothing() -> None:
     (score,) = scan(searcher.fitter, base, [cushion])
     at, jacobian = np.append(base.at, 0.1), np.pad(base.jacobian, ((0, 0), (0, 1)))
     better = Fit([*free, cushion], at, base.residual, jacobian, base.chi2 - 100.0)
-    trial = CandidateRefits(searcher.fitter, base, None, 20.0).weighed(score, better)
+    trial = CandidateRefits(searcher.fitter, base, None, 20.0).evaluate(score, better)
     assert trial.evidence.delta_chi2 == 100.0
     assert trial.evidence.wald == 0.0
     assert not trial.evidence.passed

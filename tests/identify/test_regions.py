@@ -68,8 +68,8 @@ def states() -> Regressors:
 def test_a_leak_is_a_disagreement_of_the_leakage_balance() -> None:
     """The balance with the largest share is the one that lacks a term; shares add up to one."""
     fit = configured()[0]
-    worthwhile = Round(fit, [], [], terms()).worthwhile
-    places = disagreements(fit, worthwhile, states(), len(INSTRUMENTS))
+    noticeable = Round(fit, [], [], terms()).noticeable
+    places = disagreements(fit, noticeable, states(), len(INSTRUMENTS))
     assert places[0].balance == LEAKAGE.name
     assert places[0].regressor == "pressure difference"
     assert sum(d.share for d in places) == pytest.approx(1.0)
@@ -80,10 +80,10 @@ def test_nothing_significant_is_no_disagreement() -> None:
     """Terms by chance, or below the noticeable share, are not reported."""
     fit, _ = configured()
     chance = [replace(t, statistic=t.limit) for t in terms()]
-    little = [replace(t, statistic=t.usual + 1.0, limit=t.usual) for t in terms()]
+    little = [replace(t, statistic=t.null_mean + 1.0, limit=t.null_mean) for t in terms()]
     for some in (chance, little):
-        worthwhile = Round(fit, [], [], some).worthwhile
-        assert disagreements(fit, worthwhile, {}, len(INSTRUMENTS)) == []
+        noticeable = Round(fit, [], [], some).noticeable
+        assert disagreements(fit, noticeable, {}, len(INSTRUMENTS)) == []
 
 
 def test_a_term_that_another_one_holds_takes_no_share() -> None:

@@ -9,8 +9,8 @@ from hil_emulator.config.load import load
 from hil_emulator.identify.estimation import ripple
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.map_fit import Fitter
-from hil_emulator.identify.estimation.ripple import Ripple, ripples
-from hil_emulator.identify.estimation.settled import settled
+from hil_emulator.identify.estimation.reported_model import report_model
+from hil_emulator.identify.estimation.ripple import Ripple, ripple_applies
 from hil_emulator.identify.prediction.observer import windows
 from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant import parameters
@@ -56,14 +56,14 @@ def rippling() -> tuple[Fitter, Fit]:
 @pytest.mark.slow
 def test_the_ripple_is_as_large_as_it_is(rippling: tuple[Fitter, Fit]) -> None:
     """The standard deviation of a sine wave is its amplitude over the root of two."""
-    assert Ripple(*rippling).share == pytest.approx(0.09 / np.sqrt(2.0), rel=0.3)
+    assert Ripple(*rippling).ratio == pytest.approx(0.09 / np.sqrt(2.0), rel=0.3)
 
 
 def test_a_law_of_friction_does_not_absorb_ripple(rippling: tuple[Fitter, Fit]) -> None:
     """Its error exceeds the noise if ripple is ignored, and does not if ripple is fitted."""
     fitter, fit = rippling
     white = np.sqrt(np.diag(fit.covariance())[-len(KNOBS) :])
-    final = settled(fitter, fit, KNOBS, None, [])
+    final = report_model(fitter, fit, KNOBS, None, [])
     assert final is not None
     reported = np.array([final.deviations[c.name] for c in KNOBS])
     before, after = (f.at[-len(KNOBS) :] - TRUE for f in (fit, final.fit))
@@ -74,17 +74,17 @@ def test_a_law_of_friction_does_not_absorb_ripple(rippling: tuple[Fitter, Fit]) 
 
 def test_sizes_of_a_law_that_fits_are_alike(rippling: tuple[Fitter, Fit]) -> None:
     """Effects that do not depend on the position have one size in all experiments."""
-    final = settled(*rippling, KNOBS, None, [])
+    final = report_model(*rippling, KNOBS, None, [])
     assert final is not None
     for name in ("stribeck_friction", "friction_asymmetry"):
-        sizes = final.sizes[name]
+        sizes = final.estimates[name]
         assert len(sizes.values) == 3
-        assert sizes.spread < 0.05 * abs(sizes.about)
+        assert sizes.between_experiments < 0.05 * abs(sizes.reported)
 
 
 def test_what_lasts_widens_no_belief(rippling: tuple[Fitter, Fit]) -> None:
     """Stops that the rod never meets are as uncertain as a data sheet leaves them, and no more."""
-    final = settled(*rippling, KNOBS, None, [])
+    final = report_model(*rippling, KNOBS, None, [])
     assert final is not None
     assert final.deviations["end_stops"] == pytest.approx(1.0, abs=1e-3)
     white = np.sqrt(np.diag(final.fit.covariance()))
@@ -97,7 +97,7 @@ def test_without_ripple_nothing_changes() -> None:
     """None is found, or so little that the estimate stays within a fraction of its deviation."""
     fitter, fit = fitted(0.0)
     ripple = Ripple(fitter, fit)
-    assert ripple.share < 0.01
+    assert ripple.ratio < 0.01
     moved = np.abs(ripple.fit.at - fit.at) / np.sqrt(np.diag(fit.covariance()))
     assert np.max(moved) < 1.0
 
@@ -110,10 +110,10 @@ def test_pieces_give_the_same_as_the_whole(
     whole = Ripple(fitter, fit)
     monkeypatch.setattr(windows, "LONGEST", 700)
     pieces = Ripple(fitter, fit)
-    assert pieces.share == pytest.approx(whole.share, rel=0.02)
+    assert pieces.ratio == pytest.approx(whole.ratio, rel=0.02)
     spread = np.sqrt(np.diag(whole.fit.covariance()))
     assert np.max(np.abs(pieces.fit.at - whole.fit.at) / spread) < 0.1
-    left = np.concatenate([one.left for one in pieces.along([])])
+    left = np.concatenate([one.residual for one in pieces.profiled([])])
     assert left @ left == pytest.approx(fit.residual @ fit.residual, rel=0.2)
 
 
@@ -126,9 +126,9 @@ def test_a_step_that_is_taken_in_part_leaves_the_rest_to_the_experiments(
     wanted = []
     for part in (1.0, 0.5):
         monkeypatch.setattr(ripple, "PARTS", (part,))
-        final = settled(fitter, fit, KNOBS, None, [])
+        final = report_model(fitter, fit, KNOBS, None, [])
         assert final is not None
-        for name, sizes in final.sizes.items():
+        for name, sizes in final.estimates.items():
             mean = np.average(sizes.values, weights=1.0 / np.array(sizes.variances))
             wanted.append(mean / final.deviations[name])
     whole, half = np.reshape(wanted, (2, -1))
@@ -138,9 +138,9 @@ def test_a_step_that_is_taken_in_part_leaves_the_rest_to_the_experiments(
 def test_without_a_known_position_there_is_no_ripple(rippling: tuple[Fitter, Fit]) -> None:
     """The same holds if estimated noise contains it, and without any valid sample."""
     fitter, fit = rippling
-    assert ripples(fitter, fit)
-    assert not ripples(fitter, replace(fit, effective=100.0))
-    assert not ripples(fitter, replace(fit, residual=0.0 * fit.residual))
+    assert ripple_applies(fitter, fit)
+    assert not ripple_applies(fitter, replace(fit, effective=100.0))
+    assert not ripple_applies(fitter, replace(fit, residual=0.0 * fit.residual))
     blind = [replace(e, readings={k: v for k, v in e.readings.items() if k != "position"})
              for e in fitter.experiments]  # fmt: skip
-    assert not ripples(Fitter(Observer(MODEL, INSTRUMENTS), blind), fit)
+    assert not ripple_applies(Fitter(Observer(MODEL, INSTRUMENTS), blind), fit)

@@ -44,6 +44,6 @@ def test_of_long_recordings_an_excerpt_of_the_traces_is_kept() -> None:
     round_ = Round(whole, [], [], [term], excerpt=excerpt)
     round_.thin(1)
     assert round_.terms[0].columns.tolist() == (2.0 * columns[rows]).tolist()
-    assert round_.seen is part
+    assert round_.columns_fit is part
     assert round_.base.sample_size == 10
     assert not round_.base.jacobian.size

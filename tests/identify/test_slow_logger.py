@@ -19,7 +19,7 @@ from hil_emulator.identify.prediction.instrumentation import predicting, toleran
 from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant.parameters import candidates, ordinary
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
-from hil_emulator.identify.selection.levels import TOLD_APART
+from hil_emulator.identify.selection.levels import DISTINGUISHABLE
 from tests.identify.rig_data import CACHE, INSTRUMENTS, campaign, knee_model, recorded, thinned
 from tests.studies.generator.benches import BENCHES
 from tests.studies.generator.cases import campaign as blind
@@ -83,7 +83,7 @@ def test_the_readings_show_whether_the_current_was_held(ticks: int, answer: str)
     model = knee_model()
     logs = [thinned(e, EVERY) for e in campaign({}, 3, ticks=ticks)[0]]
     given = Investigation(logs, [], ordinary(model), [])
-    course = followed(Observer(model, INSTRUMENTS), given, TOLD_APART, jobs=2)
+    course = followed(Observer(model, INSTRUMENTS), given, DISTINGUISHABLE, jobs=2)
     assert course.answer == answer
     assert (course.learn[0].course is None) == (answer == "held")
     assert any("valve_current" in note for note in course.learn[0].notes)
@@ -98,26 +98,26 @@ def test_a_stated_course_of_the_current_is_used(stated: SetPoints) -> None:
     current = np.sin(2e-3 * np.pi * 7.0 * TICKS)
     log = experiment(current, False)
     given = Investigation([log], [log], [], candidates(knee_model(), INSTRUMENTS))
-    course = followed(Observer(knee_model(), INSTRUMENTS), given, TOLD_APART, told=stated)
+    course = followed(Observer(knee_model(), INSTRUMENTS), given, DISTINGUISHABLE, stated=stated)
     assert course.answer == stated
     assert course.candidates == given.candidates
     for e in (*course.learn, *course.check):
         assert (e.course is None) == (stated == "held")
-        assert any("as you say" in note for note in e.notes)
+        assert any("as stated" in note for note in e.notes)
 
 
 def test_as_fast_as_the_controller_nothing_changes() -> None:
     """At 1 kHz a current is held from row to row, and its course is not examined."""
     log = recorded({}, "steps", 1, 0.2)
     given = Investigation([log], [log], [], [])
-    assert followed(Observer(knee_model(), INSTRUMENTS), given, TOLD_APART) is given
+    assert followed(Observer(knee_model(), INSTRUMENTS), given, DISTINGUISHABLE) is given
 
 
 def test_a_course_stated_for_a_fast_log_is_noted_as_needless() -> None:
     """At 1 kHz the statement changes nothing, as a note states."""
     log = recorded({}, "steps", 1, 0.2)
     given = Investigation([log], [log], [], [])
-    course = followed(Observer(knee_model(), INSTRUMENTS), given, TOLD_APART, told="moves")
+    course = followed(Observer(knee_model(), INSTRUMENTS), given, DISTINGUISHABLE, stated="moves")
     assert course.answer == "held"
     for e in (*course.learn, *course.check):
         assert e.course is None
@@ -198,7 +198,7 @@ def test_a_held_current_is_not_reported_as_moving(number: int) -> None:
     predictor, learn, _, _ = predicting(model, *blind(which))
     assert predictor is not None
     given = Investigation(learn, [], ordinary(model, tolerances(predictor)), [])
-    assert followed(predictor, given, TOLD_APART).answer != "moves"
+    assert followed(predictor, given, DISTINGUISHABLE).answer != "moves"
 
 
 @FULL

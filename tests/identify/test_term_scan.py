@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 
 from hil_emulator.identify.estimation.fit import Fit
-from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, chance, score_terms
+from hil_emulator.identify.estimation.free_terms import (
+    DiscrepancyTerm,
+    null_distribution,
+    score_terms,
+)
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.estimation.projection import Projection
@@ -40,7 +44,7 @@ def returning() -> Seen:
 @pytest.mark.slow
 def test_a_narrow_return_line_is_a_pressure_over_the_flow_through_it(returning: Seen) -> None:
     """No other balance explains as much, and the curve rises with the square."""
-    best = max(returning[1], key=lambda t: t.certain)
+    best = max(returning[1], key=lambda t: t.excess)
     assert best.title == "return pressure over return flow"
     flow = best.knots[-1]
     assert best.curve[-1] == pytest.approx(RESISTANCE * flow**2, rel=0.3)
@@ -66,9 +70,9 @@ def test_a_term_of_each_balance_is_scored(returning: Seen) -> None:
         for balance, regressor in TERMS
         if balance is not NULL_FLOW  # a bench with flow meters shows it
     }
-    assert all(0.0 < t.usual < t.limit for t in terms)
-    best = max(terms, key=lambda t: t.certain)
-    assert 0.0 < best.certain < best.surplus < best.statistic
+    assert all(0.0 < t.null_mean < t.limit for t in terms)
+    best = max(terms, key=lambda t: t.excess)
+    assert 0.0 < best.excess < best.surplus < best.statistic
 
 
 def test_of_each_balance_few_terms_keep_what_is_large(returning: Seen) -> None:
@@ -85,7 +89,7 @@ def test_of_each_balance_few_terms_keep_what_is_large(returning: Seen) -> None:
 def test_a_term_that_moves_nothing_explains_nothing() -> None:
     """Where no direction is left for a term, chance explains as much as it: nothing."""
     residual = np.random.default_rng(1).standard_normal(100)
-    assert chance(np.zeros((100, 0)), residual, 0, 10) == (0.0, 10.0)
+    assert null_distribution(np.zeros((100, 0)), residual, 0, 10) == (0.0, 10.0)
 
 
 def test_what_a_term_does_fades_to_nothing(returning: Seen) -> None:

@@ -107,7 +107,7 @@ def from_result(result: Result, seconds: float) -> Answer:
 def numbers_of(searched: Round) -> dict[str, Any]:
     """Return what a round has found out about its candidates and free terms, as plain numbers."""
     trials = [
-        {"name": t.score.coordinate.name, "passed": t.evidence.passed, "beside": t.beside,
+        {"name": t.score.coordinate.name, "passed": t.evidence.passed, "beside": t.partner,
          "deviation": t.deviation, **asdict(t.evidence)}
         for t in searched.trials
     ]  # fmt: skip

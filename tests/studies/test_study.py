@@ -36,7 +36,7 @@ def test_an_effect_in_a_foreign_simulator_is_named() -> None:
 
 
 @pytest.mark.full(sibling="test_what_no_catalogue_has_is_flagged_where_it_is")
-def test_a_law_between_two_is_reported_as_either() -> None:
+def test_a_mixed_law_two_is_reported_as_either() -> None:
     """Play of several elements is named as one threshold or one hysteresis, and not as both.
 
     The name follows another law, or one name holds both: a second one explains less than 1 % of

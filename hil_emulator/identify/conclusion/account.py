@@ -27,7 +27,7 @@ from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm
 from hil_emulator.identify.estimation.ordinary_least_squares import ordinary_least_squares
 from hil_emulator.identify.prediction.free_terms.regressors import regressors
 from hil_emulator.identify.prediction.observer.observer import Observer
-from hil_emulator.identify.selection.certainty import standing
+from hil_emulator.identify.selection.certainty import loss_without
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.search import Searcher
 
@@ -76,7 +76,7 @@ def _illustrate(searcher: Searcher, search: Search, compared: Compared, result: 
         result.remaining = _where(searcher, last, compared.after["training"])
     effects = [c.name for c in search.effects]
     for term in _mapped(first, result.where):
-        old = after.without(effects) if effects else with_term(first.seen, term)
+        old = after.without(effects) if effects else with_term(first.columns_fit, term)
         fitter = searcher.fitter
         drawn = draw(fitter.predictor, old, after, term, fitter.experiments, fitter.jobs)
         result.maps.append(drawn)
@@ -117,7 +117,7 @@ def _where(searcher: Searcher, searched: Round, views: Sequence[View]) -> list[D
     count = len(searcher.fitter.predictor.channels)
     if searched.rows is not None:
         states = {name: values[searched.rows[::count] // count] for name, values in states.items()}
-    return disagreements(searched.seen, searched.worthwhile, states, count)
+    return disagreements(searched.columns_fit, searched.noticeable, states, count)
 
 
 def _mapped(first: Round, where: Sequence[Disagreement]) -> list[DiscrepancyTerm]:
@@ -175,7 +175,7 @@ def _losses_without(searcher: Searcher, search: Search) -> dict[str, float]:
     """Return the rise of chi-square if each effect is removed from the final model."""
     fitter = searcher.fitter
     full = fitter.fit(search.free, search.at, 2)
-    return {c.name: standing(fitter, search, full, c.name) for c in search.effects}
+    return {c.name: loss_without(fitter, search, full, c.name) for c in search.effects}
 
 
 def _chi2(searcher: Searcher, fit: Fit) -> float:

@@ -25,16 +25,21 @@ from hil_emulator.identify.experiment_design.contrast import contrast, variation
 from hil_emulator.identify.experiment_design.next_experiment import recommend
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.certainty import (
-    borne_elsewhere,
+    confounding_notes,
     discrepancy_uncertainty,
-    far_off,
+    highly_implausible_parameters,
     interval,
-    not_by_chance,
+    outlying_parameters,
 )
 from hil_emulator.identify.selection.evidence import Trial
-from hil_emulator.identify.selection.levels import FALSE_ALARM, NORMAL_95, ONE_IN_TWENTY
+from hil_emulator.identify.selection.levels import FALSE_ALARM, NORMAL_95, SIGNIFICANCE
 from hil_emulator.identify.selection.progress import Search
-from hil_emulator.identify.selection.rivals import MOST_REPORTED, confirmed, near_rivals, weighed
+from hil_emulator.identify.selection.rivals import (
+    MOST_REPORTED,
+    confirmed_rivals,
+    near_rivals,
+    rival_start,
+)
 from hil_emulator.identify.selection.search import Searcher
 
 LONGEST = 80
@@ -78,21 +83,21 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
     if findings:
         result.verdict = "missing_effects"
         result.reason = "missing: " + "; ".join(str(f) for f in findings)
-        result.implausible = not_by_chance(_last_fit(search))
-        result.notes += borne_elsewhere(search, _last_fit(search))
+        result.implausible = highly_implausible_parameters(_last_fit(search))
+        result.notes += confounding_notes(search, _last_fit(search))
     elif unknown:
         result.verdict = "unknown_effect"
         u = unknown[0]
         result.reason = f"something acts on the {u.balance}, depending on {u.regressor}: {u.shape}"
         result.reason += _nearest(search)
     # a default that no file states is not a wrong value; `_explained` names it
-    elif far := [f for f in far_off(_last_fit(search), FALSE_ALARM) if f[0].stated]:
+    elif far := [f for f in outlying_parameters(_last_fit(search), FALSE_ALARM) if f[0].stated]:
         _conclude_values(result, search, far)
     ambiguous = [f for f in findings if f.group]
     if ambiguous:
         f = ambiguous[0]
         if thorough:
-            result.plan = recommend(searcher, search, f.name, f.group, searcher.tell)
+            result.plan = recommend(searcher, search, f.name, f.group, searcher.report)
         result.next_experiment = str(result.plan or "") or _advice(searcher, f)
     predictor, last = searcher.fitter.predictor, _last_fit(search)
     result.notes += other_forms(predictor, searcher.fitter.frozen, last)
@@ -113,8 +118,10 @@ def _advice(searcher: Searcher, finding: Finding) -> str:
 
 def _conclude_values(result: Result, search: Search, far: FarOff) -> None:
     """Report values that differ from the configuration, or their rival explanations."""
-    values = wrong_values.in_words(far, result.parameters) or not_by_chance(_last_fit(search))
-    result.implausible = not_by_chance(_last_fit(search))
+    values = wrong_values.in_words(far, result.parameters) or highly_implausible_parameters(
+        _last_fit(search)
+    )
+    result.implausible = highly_implausible_parameters(_last_fit(search))
     if rivals := wrong_values.instead(search, far):
         result.verdict = "cannot_tell"
         names = wrong_values.names(far, result.parameters)
@@ -128,7 +135,7 @@ def _conclude_values(result: Result, search: Search, far: FarOff) -> None:
 def _explained(search: Search, parameters: Mapping[str, Refitted]) -> str:
     """Return the sentence that nothing is missing, with implausible parameters."""
     reason = "the model explains the data within their noise"
-    far = wrong_values.in_words(far_off(_last_fit(search), ONE_IN_TWENTY), parameters)
+    far = wrong_values.in_words(outlying_parameters(_last_fit(search), SIGNIFICANCE), parameters)
     if not far:
         return reason
     return f"{reason} if {' and '.join(far)}: check that before you trust it"
@@ -148,8 +155,8 @@ def _refitted(search: Search, sheet: Mapping[str, SheetQuantity]) -> dict[str, R
     if final is None:
         return {}
     deviation = np.sqrt(np.diag(final.covariance()))
-    if search.settled is not None:
-        deviation = np.array([search.settled.deviations[c.name] for c in final.coordinates])
+    if search.reported_model is not None:
+        deviation = np.array([search.reported_model.deviations[c.name] for c in final.coordinates])
     deviations = np.hypot(deviation, discrepancy_uncertainty(search, final))
     return {
         c.name: Refitted(
@@ -173,7 +180,7 @@ def _measure(searcher: Searcher, search: Search, result: Result) -> None:
             result.ladder.append(
                 {
                     "effect": t.score.coordinate.name,
-                    "beside": t.beside,
+                    "beside": t.partner,
                     "training": t.evidence.delta_chi2,
                     "validation": _or_none(t.evidence.held_out),
                 }
@@ -205,9 +212,9 @@ def _find_near_rivals(searcher: Searcher, search: Search) -> None:
         named = searched.trials[0].score.coordinate
         if named not in search.effects:
             after_dropped = True
-        elif after_dropped or named.name in search.forms:
-            searcher.tell(f"looking for near rivals of {named.name}")
-            searched.near |= near_rivals(searcher.fitter, search, searched)
+        elif after_dropped or named.name in search.law_mismatch:
+            searcher.report(f"looking for near rivals of {named.name}")
+            searched.near_rivals |= near_rivals(searcher.fitter, search, searched)
 
 
 def _finding(searcher: Searcher, search: Search, coordinate: Coordinate) -> Finding:
@@ -218,11 +225,13 @@ def _finding(searcher: Searcher, search: Search, coordinate: Coordinate) -> Find
     assert reported is not None
     at = float(reported.at[[c.name for c in reported.coordinates].index(coordinate.name)])
     ends = sorted(coordinate.value(end) for end in interval(search, reported, coordinate.name))
-    alike = [weighed(round_, name) for name in round_.alike]
-    group = confirmed(searcher.fitter, final, coordinate.name, alike) if alike else []
-    completed = [search.between[coordinate.name].rival] if coordinate.name in search.between else []
+    alike = [rival_start(round_, name) for name in round_.indistinguishable]
+    group = confirmed_rivals(searcher.fitter, final, coordinate.name, alike) if alike else []
+    completed = (
+        [search.completions[coordinate.name].rival] if coordinate.name in search.completions else []
+    )
     group = list(dict.fromkeys([*group, *completed]))
-    group += [name for name in round_.near if name not in group][
+    group += [name for name in round_.near_rivals if name not in group][
         : max(0, MOST_REPORTED - len(group))
     ]
     weaker = [t for t in round_.trials[1:] if t.score.coordinate.name not in group]
@@ -233,20 +242,23 @@ def _finding(searcher: Searcher, search: Search, coordinate: Coordinate) -> Find
         interval=(float(ends[0]), float(ends[1])), explained=0.0,
         delta_chi2=best.evidence.delta_chi2, held_out=_or_none(best.evidence.held_out),
         group=tuple(group),
-        form_differs=coordinate.name in search.forms, form=search.forms.get(coordinate.name, ""),
-        rivals=tuple(_rival(t, best) for t in weaker), separating_size=round_.separating,
+        form_differs=coordinate.name in search.law_mismatch,
+        form=search.law_mismatch.get(coordinate.name, ""),
+        rivals=tuple(_rival(t, best) for t in weaker), separating_size=round_.separating_size,
         words=_in_words(coordinate), by_experiment=_estimates(search, coordinate.name),
     )  # fmt: skip
 
 
 def _estimates(search: Search, name: str) -> tuple[ExperimentEstimate, ...]:
     """Return each experiment's estimate of an effect, if there are any."""
-    if search.settled is None or not search.settled.sizes[name].about:
+    if search.reported_model is None or not search.reported_model.estimates[name].reported:
         return ()
-    sizes = search.settled.sizes[name]
-    about = sizes.about
-    each = zip(sizes.names, sizes.values, sizes.variances, strict=True)
-    return tuple(ExperimentEstimate(e, v / about, math.sqrt(s) / abs(about)) for e, v, s in each)
+    estimates = search.reported_model.estimates[name]
+    reported = estimates.reported
+    each = zip(estimates.names, estimates.values, estimates.variances, strict=True)
+    return tuple(
+        ExperimentEstimate(e, v / reported, math.sqrt(s) / abs(reported)) for e, v, s in each
+    )
 
 
 def _in_words(coordinate: Coordinate) -> str:
@@ -261,7 +273,7 @@ def _rival(trial: Trial, best: Trial) -> Rival:
     reasons = trial.evidence.objections or [
         f"gains {trial.evidence.delta_chi2:.0f}, "
         f"{best.score.coordinate.name} {best.evidence.delta_chi2:.0f}"
-        + (f" together with {best.beside}" if best.beside else "")
+        + (f" together with {best.partner}" if best.partner else "")
     ]
     return Rival(
         trial.score.coordinate.name, trial.evidence.delta_chi2, _or_none(trial.evidence.held_out),

@@ -1,7 +1,7 @@
-"""Which residuals may be correlated: those near in time, and those at one place of the stroke.
+"""Two-way clusters of residuals that may be correlated: by time, and by place of the stroke.
 
-Friction that ripples along the stroke, a scored wall or a bent rod acts alike whenever the rod
-comes by, however long after: an error that a model without it makes there is made every time.
+Friction ripple, a scored cylinder wall or a bent rod cause the same model error whenever the rod
+passes the place.
 """
 
 from collections.abc import Sequence
@@ -13,19 +13,18 @@ import numpy as np
 from hil_emulator.identify.measured.experiment import Array, Experiment, Index, Mask
 
 PLACES = 100
-"""Parts of the way that a rod went in which an error may return (assumed; from 50 to 200 parts, the
-variance beside a friction that ripples every 2 % of the way differs by less than a third, and what
-is estimated beside the ripple by less than a deviation)."""
+"""Number of places along the travelled stroke (assumed). Between 50 and 200 places, for friction
+ripple with a period of 2 % of the stroke, variances change by less than a third and estimates by
+less than one standard deviation."""
 
 
 @dataclass(frozen=True)
 class Clusters:
-    """Groups of residuals that may be correlated, in two ways.
+    """Groups of residuals that may be correlated, by time and by place.
 
     Attributes:
-        length: successive residuals that are near in time.
-        places: number of the place at which each is, shape (residuals,), -1 where nobody knows;
-            or empty.
+        length: number of successive residuals in a group by time.
+        places: index of the place of each residual, shape (residuals,), -1 if unknown; or empty.
 
     """
 
@@ -33,15 +32,15 @@ class Clusters:
     places: Index
 
     def variance_factor(self, difference: Array, residual: Array) -> float:
-        """Return the factor by which correlation widens a variance, from 1.
+        """Return the factor, at least 1, by which correlation increases a variance.
 
-        The sandwich of sums over each group, of both ways; what is near in both counts once
-        (Cameron, Gelbach and Miller 2011, Journal of Business & Economic Statistics 29, 238-249).
-        No way lessens what the other one has found.
+        Two-way cluster-robust (sandwich) variance over that of independent residuals (Cameron,
+        Gelbach and Miller 2011, Journal of Business & Economic Statistics 29, 238-249). The
+        contribution of the places is not allowed to be negative.
 
         Args:
-            difference: derivative of the residual, or between the residuals of two explanations.
-            residual: of the better one.
+            difference: derivative of the residual, or difference of two models' residuals.
+            residual: of the better model.
 
         """
         power = float(difference @ difference)
@@ -49,14 +48,14 @@ class Clusters:
             return 1.0
         products = difference * residual
         widened = self._in_time(products)
-        known, here, in_both = self._groups
-        if len(here):
-            some = products[known]
-            widened += max(0.0, _of_groups(here, some) - _of_groups(in_both, some))
+        placed, place, place_and_time = self._groups
+        if len(place):
+            some = products[placed]
+            widened += max(0.0, _of_groups(place, some) - _of_groups(place_and_time, some))
         return max(1.0, widened / power)
 
     def serial_factor(self, difference: Array, residual: Array) -> float:
-        """Return the same by time alone."""
+        """Return the same factor with groups by time only."""
         power = float(difference @ difference)
         return max(1.0, self._in_time(difference * residual) / power) if power > 0.0 else 1.0
 
@@ -66,15 +65,15 @@ class Clusters:
 
     @cached_property
     def _groups(self) -> tuple[Mask, Index, Index]:
-        """Which places are known, their numbers, and those of each at one time."""
-        known = self.places >= 0
-        here = self.places[known]
-        block = np.flatnonzero(known) // self.length
-        return known, here, block * (1 + here.max(initial=0)) + here
+        """Mask of residuals with a place, their groups by place, and by place and time."""
+        placed = self.places >= 0
+        place = self.places[placed]
+        block = np.flatnonzero(placed) // self.length
+        return placed, place, block * (1 + place.max(initial=0)) + place
 
 
 UNCORRELATED = Clusters(1, np.zeros(0, np.int64))
-"""Each residual by itself."""
+"""Every residual is a group of its own."""
 
 
 def _of_groups(group: Index, products: Array) -> float:
@@ -83,19 +82,19 @@ def _of_groups(group: Index, products: Array) -> float:
 
 
 def places_of(experiments: Sequence[Experiment]) -> list[Index]:
-    """Return where the rod is in every sample of each experiment.
+    """Return the place of the rod in every sample of each experiment.
 
     Args:
-        experiments: with the rod's position, or without.
+        experiments: with or without the rod's position.
 
     Returns:
-        Numbers of places, -1 where the position is unknown, or never changed.
+        Indices of places; -1 if the position is unknown or constant.
 
     """
     positions = [e.matrix(("position",))[:, 0] for e in experiments]
-    known = np.concatenate([p[np.isfinite(p)] for p in positions])
-    low, way = (float(known.min()), float(np.ptp(known))) if len(known) else (0.0, 0.0)
-    if way == 0.0:
+    finite = np.concatenate([p[np.isfinite(p)] for p in positions])
+    low, stroke = (float(finite.min()), float(np.ptp(finite))) if len(finite) else (0.0, 0.0)
+    if stroke == 0.0:
         return [np.full(len(p), -1) for p in positions]
-    parts = [np.minimum(np.floor((p - low) * (PLACES / way)), PLACES - 1) for p in positions]
+    parts = [np.minimum(np.floor((p - low) * (PLACES / stroke)), PLACES - 1) for p in positions]
     return [np.nan_to_num(p, nan=-1.0).astype(np.int64) for p in parts]

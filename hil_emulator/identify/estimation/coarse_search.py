@@ -1,7 +1,7 @@
-"""Where a first fit begins: by unstated numbers of which a machine may have far more or far less.
+"""Coarse search for the starting point of the first fit, over parameters with wide priors.
 
-A fit that begins with an edge five times as narrow, or a seal ten times as stiff, as those of the
-machine ends in another minimum.
+A fit that starts with an edge five times too narrow, or a seal ten times too stiff, ends in another
+local minimum.
 """
 
 import math
@@ -14,28 +14,28 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 
 WIDE = math.log(2.0)
-"""Logarithm of the factor that one standard deviation is, from which a number is tried."""
+"""Prior standard deviation of a logarithm above which a parameter is searched: a factor of 2."""
 
 LEVELS = (-2.0, -1.0, 0.0, 1.0, 2.0, 3.0)
-"""Standard deviations at which it is tried."""
+"""Values of the search, in prior standard deviations."""
 
 NEARLY_ZERO = 0.8
-"""Part of the way to zero at which a number is tried: at zero itself its influence has no
-derivative, and a fit would not leave it (assumed)."""
+"""Fraction of the distance to zero of the lowest value: at zero itself the derivative is zero, and
+a fit would not leave it (assumed)."""
 
 SWEEPS = 2
-"""Times that all numbers are tried: one that makes up for another goes back the second time."""
+"""Passes over all parameters: the second one corrects those that compensated for another one."""
 
 
 def coarse_start(fitter: Fitter, free: Sequence[Coordinate]) -> Array:
-    """Return where the deviance is least, of a few values of each wide number in turn.
+    """Minimise the deviance over a few values of each parameter with a wide prior, one by one.
 
     Args:
-        fitter: with the training data; its gains are frozen anew.
-        free: everything that is fitted.
+        fitter: with the training data; its filter gains are recomputed.
+        free: all coordinates of the fit.
 
     Returns:
-        coordinates; zero where a number is stated or narrow.
+        Coordinates; zero for stated parameters and narrow priors.
 
     """
     best = np.zeros(len(free))

@@ -1,7 +1,6 @@
-"""An excerpt of long recordings: where candidates are looked for, before they are fitted to all.
+"""Excerpt of long recordings, on which candidates are screened before refits on all data.
 
-Which candidates are likely, a part of long recordings shows as well as the whole. Statistics in it
-stand for all of the data: its residuals count as often as there are more of these.
+The residuals of the excerpt are weighted so that its statistics estimate those of all data.
 """
 
 import math
@@ -19,19 +18,19 @@ from hil_emulator.identify.prediction.observer.windows import WINDOW, counted, f
 from hil_emulator.identify.prediction.parallel.pool import LocalBatch
 
 ENOUGH = 10_000
-"""Samples that show which candidates are likely: what makes 1 % of the variance of one channel,
-below which a name is too faint, gains 100 in chi-square there, five times what a name needs."""
+"""Samples of an excerpt. An effect with 1 % of the variance of one channel, the smallest that is
+named, gains 100 in chi-square in so many samples: five times the critical value."""
 
 
 @dataclass(frozen=True)
 class Excerpt:
-    """Training data in which candidates are looked for, and a fit as it is seen there.
+    """Excerpt of the training data, and a fit restricted to it.
 
     Attributes:
         fitter: with the excerpt frozen.
-        fit: coordinates, residual and Jacobian there.
-        rows: which residuals of all data these are; None for all of them.
-        weights: of these residuals, how often they count and whether.
+        fit: coordinates, residual and Jacobian of the excerpt.
+        rows: indices of its residuals among those of all data; None for all data.
+        weights: of its residuals; 0 for excluded ones.
 
     """
 
@@ -51,18 +50,18 @@ class Excerpt:
         return np.asarray(self.weights[:, None] * columns[self.rows])
 
     def clusters(self, clusters: Clusters) -> Clusters:
-        """Return which residuals of the excerpt may be correlated, from those of all data."""
+        """Return the groups of the excerpt's residuals that may be correlated."""
         if self.rows is None or not len(clusters.places):
             return clusters
         return Clusters(clusters.length, clusters.places[self.rows])
 
 
 def excerpt_of(fitter: Fitter, fit: Fit) -> Excerpt:
-    """Return an excerpt of the training data as it is seen by a fit; all of them if they are few.
+    """Return an excerpt of the training data with a fit restricted to it; all data if they are few.
 
     Args:
         fitter: with the training data frozen.
-        fit: of everything in the model.
+        fit: of the model.
 
     """
     samples = sum(e.samples for e in fitter.experiments)
@@ -74,16 +73,17 @@ def excerpt_of(fitter: Fitter, fit: Fit) -> Excerpt:
     windows, rows = _windows(frozen, ENOUGH / samples)
     count = np.concatenate([counted(w) for w in windows])
     weight = math.sqrt(sum(int(np.sum(counted(f))) for f in frozen) / int(np.sum(count)))
-    seen = fitter.seeing(LocalBatch(fitter.predictor, windows, fitter.jobs, weight=weight))
-    residual = seen.residual(fit.coordinates, fit.at)
+    batch = LocalBatch(fitter.predictor, windows, fitter.jobs, weight=weight)
+    restricted = fitter.with_batch(batch)
+    residual = restricted.residual(fit.coordinates, fit.at)
     weights = weight * count
-    chi2 = seen.loss(fit.coordinates, fit.at, residual)
-    there = Excerpt(seen, replace(fit, residual=residual, chi2=chi2), rows, weights)
-    return replace(there, fit=replace(there.fit, jacobian=there.columns(fit.jacobian)))
+    chi2 = restricted.loss(fit.coordinates, fit.at, residual)
+    excerpt = Excerpt(restricted, replace(fit, residual=residual, chi2=chi2), rows, weights)
+    return replace(excerpt, fit=replace(excerpt.fit, jacobian=excerpt.columns(fit.jacobian)))
 
 
 def _windows(frozen: Sequence[Frozen], part: float) -> tuple[list[Frozen], Index]:
-    """Return windows of recordings, and which of the residuals of all of them theirs are."""
+    """Return windows of recordings, and the indices of their residuals among all residuals."""
     windows: list[Frozen] = []
     rows: list[Index] = []
     end = 0

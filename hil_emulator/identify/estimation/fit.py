@@ -1,4 +1,4 @@
-"""A fit: parameters that were fitted together, and what is known of them."""
+"""Results of joint fits: estimates, residual, Jacobian and covariance."""
 
 import math
 from collections.abc import Collection, Sequence
@@ -11,31 +11,30 @@ from hil_emulator.identify.prediction.parallel.pool import Batch
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 
 TOLERATED = 2.0
-"""Prior standard deviations within which an ordinary parameter is believed: 95 % of machines have
-it there, as of any normal distribution."""
+"""Prior standard deviations within which an ordinary parameter is plausible (95 % of machines)."""
 
-HARDLY_TOLD = 1e-13
-"""Part of the best known direction's information below which rounding decides: 16 digits hold the
-sum of a thousand products to that."""
+LEAST_INFORMATION = 1e-13
+"""Share of the best determined direction's information below which a direction is rounding error:
+relative precision of the sum of a thousand products with 16 digits."""
 
-_BLOCK = 1 << 16  # rows that are added up at once
+_BLOCK = 1 << 16  # rows per matrix product
 
 
 @dataclass
 class Fit:
-    """Parameters that were fitted together.
+    """Joint fit of some coordinates.
 
     Attributes:
-        coordinates: what was free.
-        at: their coordinates.
+        coordinates: that were fitted.
+        at: their values.
         residual: weighted innovations of the training data, flat.
         jacobian: its derivative, shape (residuals, coordinates).
         chi2: sum of squares, priors included.
         effective: number of independent values among the residuals; None for all of them.
-        settled: whether no step by this Jacobian leads further.
-        further: covariance of the coordinates beyond that of noise; None for none.
-        frozen: where the gains were computed that it was made with; None if unknown.
-        deviance: there, see `Fitter.deviance`.
+        converged: whether no step with this Jacobian reduces chi-square.
+        further: covariance of the coordinates in addition to that of noise, or None.
+        frozen: values at which the filter gains were computed; None if unknown.
+        deviance: at these values, see `Fitter.deviance`.
 
     """
 
@@ -45,7 +44,7 @@ class Fit:
     jacobian: Array
     chi2: float
     effective: float | None = None
-    settled: bool = False
+    converged: bool = False
     further: Array | None = None
     frozen: Array | None = None
     deviance: float = math.nan
@@ -56,7 +55,7 @@ class Fit:
         return float(len(self.residual)) if self.effective is None else self.effective
 
     def without(self, names: Collection[str]) -> "Fit":
-        """Return the fit without some coordinates, everything else as it is."""
+        """Return the fit without some coordinates, the others unchanged."""
         kept = [i for i, c in enumerate(self.coordinates) if c.name not in names]
         free = [self.coordinates[i] for i in kept]
         further = None if self.further is None else self.further[np.ix_(kept, kept)]
@@ -66,33 +65,33 @@ class Fit:
         )  # fmt: skip
 
     def lean(self) -> "Fit":
-        """Return the fit with half the memory: Jacobians of several of a long recording are large.
+        """Return the fit with a Jacobian of single precision, to save memory.
 
-        A further fit may begin with such a one: it corrects it on the way.
+        It is precise enough as the start of another fit, which updates it.
         """
         return replace(self, jacobian=self.jacobian.astype(np.float32))
 
     def covariance(self) -> Array:
         """Return the covariance of the coordinates, priors included.
 
-        What data and priors hardly tell takes no part, so that rounding makes no variance negative.
+        Directions without information are left out, so that no variance is negative by rounding.
         """
         information = np.diag(prior_rows(self.coordinates) ** 2)
-        for first in range(0, len(self.jacobian), _BLOCK):  # of a lean fit's, exact all the same
+        for first in range(0, len(self.jacobian), _BLOCK):  # in double precision for a lean fit too
             block = self.jacobian[first : first + _BLOCK].astype(np.float64)
             information += block.T @ block
-        told = np.diag(information)
-        scale = 1.0 / np.sqrt(np.where(told > 0.0, told, 1.0))
+        diagonal = np.diag(information)
+        scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
         values, vectors = np.linalg.eigh(information * np.outer(scale, scale))
-        kept = values > HARDLY_TOLD * values[-1] if len(values) else values > 0.0
+        kept = values > LEAST_INFORMATION * values[-1] if len(values) else values > 0.0
         root = scale[:, None] * vectors[:, kept] / np.sqrt(values[kept])
-        known = root @ root.T
-        return np.asarray(known if self.further is None else known + self.further)
+        covariance = root @ root.T
+        return np.asarray(covariance if self.further is None else covariance + self.further)
 
 
 @dataclass(frozen=True)
 class Linearised:
-    """Experiments as a fit sees them.
+    """Experiments linearised at a fit.
 
     Attributes:
         batch: the experiments, frozen.
@@ -107,5 +106,5 @@ class Linearised:
 
 
 def prior_rows(coordinates: Sequence[Coordinate]) -> Array:
-    """Return one over the prior's standard deviation of each coordinate."""
+    """Return the inverse prior standard deviation of each coordinate; 0 without a prior."""
     return np.array([1.0 / c.prior if np.isfinite(c.prior) else 0.0 for c in coordinates])

@@ -1,8 +1,8 @@
-"""What a law of any form would explain: what an effect in no catalogue would look like, and where.
+"""Nonparametric (free) terms: laws of any shape, scored without a catalogue.
 
-A free term is one balance and one regressor; six hat functions of the regressor are put into the
-balance along the filtered trajectory. One that explains much more than the best catalogued effect
-says that the law is another one, or that the effect is unknown.
+A free term is a function of one regressor in one balance, with six hat functions along the filtered
+trajectory. A term that explains much more than the best effect of the catalogue shows another law
+of that effect, or an unknown effect.
 """
 
 from collections import Counter
@@ -28,25 +28,25 @@ from hil_emulator.identify.prediction.parallel.pool import side_by_side
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 
 ROWS_AT_ONCE = 4096
-"""Rows of a term's columns that are combined at once."""
+"""Rows of a term's columns that are combined at once; limits the memory."""
 
 
 @dataclass(frozen=True)
 class DiscrepancyTerm:
-    """A term that a balance may lack, over one regressor, and what it explains.
+    """Score of a free term over one regressor in one balance.
 
     Attributes:
-        balance: where the term sits.
-        regressor: what it depends on.
+        balance: to which the term is added.
+        regressor: of which it is a function.
         statistic: gain in chi-square.
-        limit: what chance reaches in one of ten thousand, residuals serially correlated.
+        limit: critical value of the statistic, p = 1e-4, with serial correlation.
         knots: values of the regressor.
-        curve: the term there, in the balance's unit.
-        columns: derivative of the residual by each hat; none of a term that is not significant, but
-            for the best of those that are no error of a sensor.
-        uncertainty: standard deviation that each free parameter gets from a term of this strength
-            and unknown shape.
-        usual: what chance reaches on average.
+        curve: the term at the knots, in the balance's unit.
+        columns: derivative of the residual by each hat; empty for a term that is not significant,
+            except for the best one that is not a sensor error.
+        uncertainty: standard deviation of each free parameter due to a term of this strength and
+            unknown shape.
+        null_mean: mean of the statistic by chance.
 
     """
 
@@ -58,10 +58,10 @@ class DiscrepancyTerm:
     curve: Array
     columns: Array | Single
     uncertainty: Array = field(default_factory=lambda: np.zeros(0))
-    usual: float = 0.0
+    null_mean: float = 0.0
 
     def lean(self) -> "DiscrepancyTerm":
-        """Return the term without its columns: those of a long recording are large."""
+        """Return the term without its columns, which are large for long recordings."""
         return replace(self, columns=np.zeros((0, 0), np.float32))
 
     @property
@@ -71,27 +71,27 @@ class DiscrepancyTerm:
 
     @property
     def significant(self) -> bool:
-        """Whether chance hardly explains it."""
+        """Whether the statistic exceeds its critical value."""
         return self.statistic > self.limit
 
     @property
     def ripples(self) -> bool:
-        """Whether friction that every machine has changes over this, along the stroke."""
+        """Whether it is a term of the friction balance along the stroke, where ripple is usual."""
         return along_the_stroke(self.balance, self.regressor)
 
     @property
     def surplus(self) -> float:
-        """Gain in chi-square beyond what the term has by chance on average."""
-        return self.statistic - self.usual
+        """Gain in chi-square in excess of its mean by chance."""
+        return self.statistic - self.null_mean
 
     @property
     def robust(self) -> float:
-        """The same of as many uncorrelated residuals as these are worth."""
-        return self.surplus / max(1.0, self.usual / len(self.knots))
+        """Surplus for the effective number of uncorrelated residuals."""
+        return self.surplus / max(1.0, self.null_mean / len(self.knots))
 
     @property
-    def certain(self) -> float:
-        """Gain in chi-square beyond what chance hardly ever reaches."""
+    def excess(self) -> float:
+        """Gain in chi-square in excess of its critical value."""
         return self.statistic - self.limit
 
 
@@ -99,75 +99,76 @@ def score_terms(
     fitter: Fitter, coordinates: Sequence[Coordinate], at: Array, project: Projection,
     seed: int = 0, only: Collection[str] | None = None, kept: int | None = None,
 ) -> list[DiscrepancyTerm]:  # fmt: skip
-    """Return what every term explains, best first.
+    """Return the scores of the free terms, the most significant first.
 
     Args:
         fitter: with frozen experiments.
-        coordinates: what was free.
-        at: where it ended.
-        project: takes out what the free parameters explain.
-        seed: of the random signs that give the limits.
-        only: titles of those that are asked about; None for all.
-        kept: terms of each balance whose columns are kept at most; None for all that are
-            significant.
+        coordinates: of the fit.
+        at: their values.
+        project: projects out the coordinates.
+        seed: of the random signs for the critical values.
+        only: titles of terms; None for all.
+        kept: largest number of terms per balance whose columns are kept; None for all significant
+            terms.
 
     """
     predictor, frozen = fitter.predictor, fitter.frozen
     point = predictor.model.memory(coordinates, at)
 
-    def seen(one: object) -> Regressors:
+    def regressors(one: object) -> Regressors:
         return predictor.regressors(one, predictor.innovations(one, *point, track=True)[1])
 
     def scored(shape: FreeShape, jobs: int = 1) -> DiscrepancyTerm:
         columns = _columns(predictor, frozen, values, shape, jobs)
         return _score(shape, columns, project, seed, fitter.correlation_length)
 
-    values = list(side_by_side(seen, frozen, fitter.jobs))
-    asked = [s for s in shapes_along(predictor.balances, values) if only is None or s.title in only]
-    found: list[DiscrepancyTerm] = []
-    # what the first one computes of each experiment serves all others
-    first = (scored(shape, fitter.jobs) for shape in asked[:1])
-    for term in chain(first, side_by_side(scored, asked[1:], fitter.jobs)):
-        found = _slim([*found, term], kept) if only is None else [*found, term]
-    return sorted(found, key=_short)
+    values = list(side_by_side(regressors, frozen, fitter.jobs))
+    shapes = shapes_along(predictor.balances, values)
+    chosen = [s for s in shapes if only is None or s.title in only]
+    terms: list[DiscrepancyTerm] = []
+    # the first shape computes data of each experiment that all others reuse
+    first = (scored(shape, fitter.jobs) for shape in chosen[:1])
+    for term in chain(first, side_by_side(scored, chosen[1:], fitter.jobs)):
+        terms = _slim([*terms, term], kept) if only is None else [*terms, term]
+    return sorted(terms, key=_shortfall)
 
 
 def _columns(
     predictor: Predictor, frozen: Sequence[object], values: Sequence[Regressors], shape: FreeShape,
     jobs: int,
 ) -> Single:  # fmt: skip
-    """Return what each hat of a shape does to the residuals, shape (residuals, hats)."""
+    """Return the derivatives of the residuals by each hat of a shape, shape (residuals, hats)."""
 
-    def made(one: object, along: Regressors) -> Single:
+    def of_experiment(one: object, along: Regressors) -> Single:
         terms = hats(along[shape.regressor], shape.knots) * shape.balance.scale
         return predictor.through(one, shape.balance, terms).astype(np.float32, copy=False)
 
     several = list(zip(frozen, values, strict=True))
-    parts = list(side_by_side(lambda both: made(*both), several, jobs))
+    parts = list(side_by_side(lambda pair: of_experiment(*pair), several, jobs))
     return np.ascontiguousarray(np.concatenate(parts, axis=1).T)
 
 
-def _short(term: DiscrepancyTerm) -> float:
-    """Return by how much a term falls short of what chance hardly explains."""
+def _shortfall(term: DiscrepancyTerm) -> float:
+    """Return the critical value of a term minus its statistic."""
     return term.limit - term.statistic
 
 
-def _slim(found: Sequence[DiscrepancyTerm], kept: int | None) -> list[DiscrepancyTerm]:
-    """Return terms with the columns that are asked for."""
-    best = min((t for t in found if not t.balance.channel), key=_short, default=None)
-    asked = leading(found, len(found) if kept is None else kept)
-    return [t if t is best or (t.significant and t.title in asked) else t.lean() for t in found]
+def _slim(terms: Sequence[DiscrepancyTerm], kept: int | None) -> list[DiscrepancyTerm]:
+    """Return the terms, with columns only where they are needed."""
+    best = min((t for t in terms if not t.balance.channel), key=_shortfall, default=None)
+    needed = leading(terms, len(terms) if kept is None else kept)
+    return [t if t is best or (t.significant and t.title in needed) else t.lean() for t in terms]
 
 
 def leading(terms: Sequence[DiscrepancyTerm], count: int) -> set[str]:
-    """Return the titles of the terms of each balance that explain the most, so many at most."""
-    seen: Counter[str] = Counter()
-    found: set[str] = set()
+    """Return the titles of the strongest terms of each balance, at most `count` each."""
+    listed: Counter[str] = Counter()
+    titles: set[str] = set()
     for term in sorted(terms, key=lambda t: -t.statistic):
-        if seen[term.balance.name] < count:
-            found.add(term.title)
-        seen[term.balance.name] += 1
-    return found
+        if listed[term.balance.name] < count:
+            titles.add(term.title)
+        listed[term.balance.name] += 1
+    return titles
 
 
 def _score(
@@ -175,7 +176,7 @@ def _score(
 ) -> DiscrepancyTerm:  # fmt: skip
     residual = project.residual
     projected, responses = project.together(columns)
-    if not np.isfinite(projected).all():  # along it the model has no course
+    if not np.isfinite(projected).all():  # the model diverges with this term
         projected[:] = 0.0
     values, vectors = np.linalg.eigh(projected.T @ projected)
     keep = values > 1e-4 * max(values[-1], 1e-30)
@@ -183,40 +184,40 @@ def _score(
     components = basis.T @ residual
     curve = -(vectors[:, keep] / np.sqrt(values[keep])) @ components * shape.balance.scale
     statistic = float(components @ components)
-    # what the term explains is no measure of chance
-    usual, limit = chance(basis, residual - basis @ components, seed, 2 * correlation_length)
-    strength = max(statistic - usual, 0.0) / max(float(np.sum(values)), 1e-30)
+    # the null distribution is that of the residual without the term
+    without = residual - basis @ components
+    null_mean, limit = null_distribution(basis, without, seed, 2 * correlation_length)
+    strength = max(statistic - null_mean, 0.0) / max(float(np.sum(values)), 1e-30)
     uncertainty = np.sqrt(strength * np.sum(np.square(responses), axis=1))
     return DiscrepancyTerm(
         shape.balance, shape.regressor, statistic, limit, shape.knots, curve, columns, uncertainty,
-        usual,
+        null_mean,
     )  # fmt: skip
 
 
 def combined(columns: Array, weights: Array) -> Array:
-    """Return columns times no more weights, in their place: a second copy would be large."""
+    """Return columns @ weights, computed in place: a second copy would be large."""
     for first in range(0, len(columns), ROWS_AT_ONCE):
         rows = columns[first : first + ROWS_AT_ONCE]
         rows[:, : weights.shape[1]] = rows @ weights
     return columns[:, : weights.shape[1]]
 
 
-def chance(basis: Array, residual: Array, seed: int, length: int) -> tuple[float, float]:
-    """Return the statistic of residuals without any effect: the mean, and one in ten thousand.
+def null_distribution(basis: Array, residual: Array, seed: int, length: int) -> tuple[float, float]:
+    """Return the mean and the critical value (p = 1e-4) of a statistic without any effect.
 
-    Whole blocks of the residual get random signs, which keeps their serial correlation: a wild
-    bootstrap by blocks.
+    By a block wild bootstrap: random signs of whole blocks preserve the serial correlation.
     """
     blocks = len(residual) // length
     rows = blocks * length
     if blocks < 4:
         return float("inf"), float("inf")
-    parts = np.einsum(  # a term that moved nothing has no columns
+    parts = np.einsum(  # the basis of a term without influence has no columns
         "blk,bl->bk", basis[:rows].reshape(blocks, length, basis.shape[1]),
         residual[:rows].reshape(blocks, length),
     )  # fmt: skip
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(400, len(parts)))
     sums = np.sum((signs @ parts) ** 2, axis=1)
-    # a gamma law through mean and variance reaches further than 400 draws
+    # extrapolates beyond 400 draws: at most a gamma distribution of this mean and variance
     mean, variance = float(np.mean(sums)), float(np.var(sums))
     return mean, mean + 7.5 * float(np.sqrt(variance)) + 10.0

@@ -1,16 +1,16 @@
-"""How probable data are, given terms of any shape beside a model, all else integrated out.
+"""Log evidence (marginal likelihood) of a linearised model with additional free terms.
 
 With residual r, derivatives J by the coordinates and X by the hats of the terms, coordinates theta
-with prior rows W (MacKay 1992, Neural Computation 4, 415-447, in the linearised model),
+with prior rows W (MacKay 1992, Neural Computation 4, 415-447),
 
     residual = r + J d + X'm,   theta + d ~ N(0, 1/W^2),   m ~ N(0, LL')
     S = J'J/k + W^2,   v = J'r/k + W^2 theta
     G = XX'/k - XJ S^-1 J'X'/k^2,   g = Xr/k - XJ S^-1 v/k
-    log Z = q'M^-1 q/2 - log|M|/2 + what is the same for all,   M = I + L'GL,   q = L'g
+    log Z = q'M^-1 q/2 - log|M|/2 + constant,   M = I + L'GL,   q = L'g
 
-Serial correlation of the residuals widens variances by k. Of held-out data counts the logarithm of
-the density that the most likely terms give them, wherever the training data leave the coordinates
-open: with their residual h, derivatives H and hats Y,
+Serial correlation of the residuals increases variances by k. Held-out data contribute the log
+density for the most likely terms, maximised over the coordinates within their uncertainty after the
+training: with their residual h, derivatives H and hats Y,
 
     - least over e of |h + H (d + e) + Y'm|^2/2k + e'Se/2
 """
@@ -23,13 +23,13 @@ from hil_emulator.identify.measured.experiment import Array, Index
 
 
 class LogEvidence:
-    """Log evidence of a model with terms beside it.
+    """Log evidence of a model with additional terms.
 
     Args:
-        fit: the model.
-        training: of the data that it was fitted to.
-        held_out: of others.
-        inflation: of variances by serial correlation.
+        fit: of the model.
+        training: sums over the training data.
+        held_out: sums over the validation data.
+        inflation: factor on variances by serial correlation.
 
     """
 
@@ -38,34 +38,34 @@ class LogEvidence:
         weights = prior_rows(fit.coordinates)
         self._inverse = inverse(training.normal / inflation + np.diag(weights**2))
         slope = training.slope / inflation + weights**2 * fit.at
-        self._moved = -self._inverse @ slope
+        self._step = -self._inverse @ slope
         self._mixed = training.mixed / inflation
         self.information = training.shapes / inflation - self._mixed @ self._inverse @ self._mixed.T
-        self._gradient = training.onto / inflation + self._mixed @ self._moved
-        known = training.normal + inflation * np.diag(weights**2)
-        self._open = inverse(held_out.normal + known)
+        self._gradient = training.onto / inflation + self._mixed @ self._step
+        from_training = training.normal + inflation * np.diag(weights**2)
+        self._posterior = inverse(held_out.normal + from_training)
 
     def __call__(self, rows: Array | Index, root: Array) -> tuple[float, float]:
-        """Return what the data say for some terms, and for their freedom, in nats.
+        """Return the gain in fit and the Occam factor of some terms, in nats.
 
-        The sum is the log evidence, up to what is the same for all terms.
+        Their sum is the log evidence, up to a constant.
 
         Args:
-            rows: of the terms' hats.
-            root: of their prior covariance, a triangle.
+            rows: indices of the terms' hats.
+            root: Cholesky factor of their prior covariance.
 
         """
-        pull = root.T @ self._gradient[rows]
+        gradient = root.T @ self._gradient[rows]
         middle = np.eye(len(rows)) + root.T @ self.information[np.ix_(rows, rows)] @ root
-        solved = np.linalg.solve(middle, pull)
-        held = 0.5 * self._predicted(rows, -root @ solved) / self._k
-        return 0.5 * float(pull @ solved) - held, -0.5 * float(np.linalg.slogdet(middle)[1])
+        solved = np.linalg.solve(middle, gradient)
+        held = 0.5 * self._held_out_chi2(rows, -root @ solved) / self._k
+        return 0.5 * float(gradient @ solved) - held, -0.5 * float(np.linalg.slogdet(middle)[1])
 
     def terms(self, root: Array) -> tuple[Array, Array]:
-        """Return what all terms are expected to be, and their covariance.
+        """Return the posterior mean and covariance of all terms.
 
         Args:
-            root: of their prior covariance, a triangle.
+            root: Cholesky factor of their prior covariance.
 
         """
         middle = np.eye(len(root)) + root.T @ self.information @ root
@@ -73,26 +73,31 @@ class LogEvidence:
         return -covariance @ self._gradient, covariance
 
     def shift(self, terms: Array) -> Array:
-        """Return how far the coordinates move beside terms."""
-        return np.asarray(self._moved - self._inverse @ (self._mixed.T @ terms))
+        """Return the change of the coordinates' estimates with given terms."""
+        return np.asarray(self._step - self._inverse @ (self._mixed.T @ terms))
 
     def covariance(self, terms: Array | None = None) -> Array:
-        """Return the covariance of the coordinates beside terms of a covariance, or of none."""
+        """Return the covariance of the coordinates.
+
+        Args:
+            terms: posterior covariance of the terms; None for a model without terms.
+
+        """
         if terms is None:
             return self._inverse
         across = self._mixed @ self._inverse
         return np.asarray(self._inverse + across.T @ terms @ across)
 
-    def _predicted(self, rows: Array | Index, terms: Array) -> float:
-        """Return the sum of squares that the most likely terms leave of held-out data.
+    def _held_out_chi2(self, rows: Array | Index, terms: Array) -> float:
+        """Return the sum of squared held-out residuals with the most likely terms.
 
-        What the coordinates may do there as well is no merit of the terms: a chamber that empties
-        in one experiment tells of the air in the oil what no other does.
+        The coordinates are refitted to the held-out data within their uncertainty, so that a
+        coordinate that only these data determine does not count for or against the terms.
         """
         held = self._held
-        moved = self._moved - self._inverse @ (self._mixed[rows].T @ terms)
-        left = held.power + 2.0 * moved @ held.slope + moved @ held.normal @ moved
-        left += 2.0 * terms @ (held.onto[rows] + held.mixed[rows] @ moved)
-        left += terms @ held.shapes[np.ix_(rows, rows)] @ terms
-        slope = held.slope + held.normal @ moved + held.mixed[rows].T @ terms
-        return float(left - slope @ self._open @ slope)
+        step = self._step - self._inverse @ (self._mixed[rows].T @ terms)
+        chi2 = held.power + 2.0 * step @ held.slope + step @ held.normal @ step
+        chi2 += 2.0 * terms @ (held.onto[rows] + held.mixed[rows] @ step)
+        chi2 += terms @ held.shapes[np.ix_(rows, rows)] @ terms
+        slope = held.slope + held.normal @ step + held.mixed[rows].T @ terms
+        return float(chi2 - slope @ self._posterior @ slope)

@@ -1,4 +1,4 @@
-"""Maximum a posteriori Gauss-Newton on the frozen innovations."""
+"""Maximum a posteriori fit by Gauss-Newton steps, with fixed filter gains."""
 
 import copy
 import math
@@ -9,7 +9,7 @@ import numpy as np
 from hil_emulator.identify.estimation.clusters import Clusters, places_of
 from hil_emulator.identify.estimation.finite_difference import Derivative, Steps
 from hil_emulator.identify.estimation.fit import Fit, Linearised, prior_rows
-from hil_emulator.identify.estimation.levenberg_marquardt import learn, steps
+from hil_emulator.identify.estimation.levenberg_marquardt import steps, update
 from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.observer.predictor import Predictor
 from hil_emulator.identify.prediction.parallel.pool import Batch, LocalBatch, Point, Pool, Threads
@@ -17,16 +17,16 @@ from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.prediction.residuals.correlation import block_time
 
 LEAST_GAIN = 0.5
-"""Gain in chi-square of an iteration below which it was the last one."""
+"""Gain in chi-square of an iteration below which a fit ends."""
 
 
 class Fitter:
-    """Fits coordinates to frozen experiments.
+    """Fits coordinates to frozen experiments, that is with fixed filter gains and weights.
 
     Args:
         predictor: computes innovations.
         experiments: the training data.
-        pool: where they are predicted; without one, in this thread.
+        pool: predicts the experiments; None for this thread.
 
     """
 
@@ -38,7 +38,7 @@ class Fitter:
         self.batch: Batch = LocalBatch(predictor, [])
         self._pool = Threads(predictor) if pool is None else pool
         self._steps = Steps()
-        self._own: tuple[Batch, Point] | None = None
+        self._cached: tuple[Batch, Point] | None = None
         self._block_time = predictor.correlation_time
 
     @property
@@ -51,7 +51,7 @@ class Fitter:
 
     @property
     def clusters(self) -> Clusters:
-        """Which residuals of the training data may be correlated."""
+        """Groups of residuals of the training data that may be correlated."""
         places = np.concatenate(places_of(self.experiments))
         return Clusters(self.correlation_length, np.repeat(places, len(self.predictor.channels)))
 
@@ -65,33 +65,33 @@ class Fitter:
         """Threads of this process that predict."""
         return self._pool.jobs if isinstance(self._pool, Threads) else 1
 
-    def seeing(self, batch: Batch) -> "Fitter":
-        """Return a fitter like this one that sees other frozen data."""
+    def with_batch(self, batch: Batch) -> "Fitter":
+        """Return a copy of this fitter with other frozen data."""
         other = copy.copy(self)
         other.batch = batch
         return other
 
     def release(self) -> None:
-        """Let go of the frozen experiments, which of long recordings are large."""
-        self.batch, self._own = LocalBatch(self.predictor, []), None
+        """Delete the frozen experiments, which are large for long recordings."""
+        self.batch, self._cached = LocalBatch(self.predictor, []), None
 
     def freeze(self, coordinates: Sequence[Coordinate], at: Array) -> None:
-        """Compute the gains at a point, and weights that give each channel's innovations one.
+        """Compute filter gains and weights at a point, and the correlation time of the innovations.
 
-        What these are there tells for how long they are correlated.
+        The weights give each channel's innovations unit variance.
         """
         point = self._memory(coordinates, at)
-        if self._own is not None and _same(self._own[1], point):
-            self.batch = self._own[0]
+        if self._cached is not None and _same(self._cached[1], point):
+            self.batch = self._cached[0]
             return
         self.release()
         self.batch = self._pool.freeze(self.experiments, point)
-        self._own = self.batch, point
+        self._cached = self.batch, point
         if self.batch.noise is None:
             self._block_time = self._block_time_of(self.residual(coordinates, at))
 
     def _block_time_of(self, residual: Array) -> float:
-        """Return how long blocks of the innovations of the training data have to be [s]."""
+        """Return the length of uncorrelated blocks of the training data's innovations [s]."""
         ends = np.cumsum([e.samples for e in self.experiments])[:-1]
         each = np.split(residual.reshape(-1, len(self.predictor.channels)), ends)
         periods = [e.period for e in self.experiments]
@@ -100,14 +100,14 @@ class Fitter:
     def frozen_at(
         self, experiments: Sequence[Experiment], coordinates: Sequence[Coordinate], at: Array
     ) -> Batch:
-        """Return other experiments with their gains and weights at a point."""
+        """Return other experiments with gains and weights of a point."""
         return self._pool.freeze(experiments, self._memory(coordinates, at))
 
     def residual(
         self, coordinates: Sequence[Coordinate], at: Array | Sequence[float],
         batch: Batch | None = None,
     ) -> Array:  # fmt: skip
-        """Return the weighted innovations at a point, flat, of all experiments."""
+        """Return the weighted innovations of all experiments at a point, flat."""
         chosen = self.batch if batch is None else batch
         return next(chosen.residuals([self._memory(coordinates, at)]))
 
@@ -120,12 +120,12 @@ class Fitter:
     def within(
         self, coordinates: Sequence[Coordinate], points: Sequence[Array], most: float
     ) -> Iterator[tuple[Array, float] | None]:
-        """Yield the residual at each of several points and the loss there; None of one beyond."""
-        believed = [self.loss(coordinates, at, np.zeros(0)) for at in points]
+        """Yield residual and loss at each of several points; None for a loss above `most`."""
+        penalties = [self.loss(coordinates, at, np.zeros(0)) for at in points]
         memories = [self._memory(coordinates, at) for at in points]
-        least = most - min(believed, default=0.0)
-        residuals = self.batch.residuals(memories, least)
-        for prior, residual in zip(believed, residuals, strict=True):
+        largest = most - min(penalties, default=0.0)
+        residuals = self.batch.residuals(memories, largest)
+        for prior, residual in zip(penalties, residuals, strict=True):
             loss = float(residual @ residual) + prior
             yield (residual, loss) if loss <= most else None
 
@@ -134,16 +134,16 @@ class Fitter:
         return float(residual @ residual + np.sum((prior_rows(coordinates) * at) ** 2))
 
     def deviance(self, coordinates: Sequence[Coordinate], at: Array) -> float:
-        """Return -2 log posterior density where the experiments were frozen, up to a constant.
+        """Return -2 log posterior density at the point of the gains, up to a constant.
 
-        It compares points each with its own gains; chi-square alone those with the same gains. NaN
-        where the covariance of the innovations does not depend on the point.
+        Fits with different gains are compared by their deviance, fits with the same gains by
+        chi-square. NaN if the covariance of the innovations does not depend on the point.
         """
         residual = self.residual(coordinates, at)
         return self.loss(coordinates, at, residual) + self.batch.log_determinant()
 
     def cost(self, coordinates: Sequence[Coordinate], at: Array) -> float:
-        """Return how much longer a residual takes at a point than usually."""
+        """Return the computing time of a residual at a point over the usual time."""
         return self.predictor.cost(self._memory(coordinates, at)[0])
 
     def column(self, coordinates: Sequence[Coordinate], at: Array, base: Array, i: int) -> Array:
@@ -151,17 +151,21 @@ class Fitter:
         return next(self.columns([Derivative(coordinates, at, i)], base))
 
     def columns(
-        self, wanted: Sequence[Derivative], base: Array, roughly: bool = False
+        self, wanted: Sequence[Derivative], base: Array, approximate: bool = False
     ) -> Iterator[Array]:
-        """Yield derivatives of the residual, which is `base` where each is taken.
+        """Yield derivatives of the residual.
 
-        Roughly, sensors of one point read the same run: where pressures bend the flow through an
-        edge, such a column may be a tenth off.
+        Args:
+            wanted: derivatives, all at the point of `base`.
+            base: residual there.
+            approximate: whether derivatives by sensor errors share one run of the model. Their
+                error is up to 10 % where the readings change the flow through an edge.
+
         """
         steps = [self._steps.of(w) for w in wanted]
         moves = [(w, s) for w, s in zip(wanted, steps, strict=True) if s]
-        residuals = self._roughly(moves) if roughly else self._moved(moves)
-        # far from a fit a long step leads on; only where noise is left would it hold that
+        residuals = self._approximate(moves) if approximate else self._moved(moves)
+        # near a fit, a long step would be biased by noise; far from it, a long step is robust
         only_noise = base @ base <= self.batch.weight**2 * len(base)
         for one, step in zip(wanted, steps, strict=True):
             if step == 0.0:
@@ -176,11 +180,11 @@ class Fitter:
             yield sensitivity
 
     def _moved(self, moves: Sequence[tuple[Derivative, float]]) -> Iterator[Array]:
-        """Yield the residual a step away from where each derivative is taken."""
+        """Yield the residual at the displaced point of each derivative."""
         yield from self.batch.residuals([self._memory(w.coordinates, w.moved(s)) for w, s in moves])
 
-    def _roughly(self, moves: Sequence[tuple[Derivative, float]]) -> Iterator[Array]:
-        """Yield the same, of sensors along the run at the first one's point."""
+    def _approximate(self, moves: Sequence[tuple[Derivative, float]]) -> Iterator[Array]:
+        """Yield the same, with one run of the model for all derivatives by sensor errors."""
         bases = [self._memory(w.coordinates, w.at) for w, _ in moves if w.coordinate.channel]
         if not bases:
             yield from self._moved(moves)
@@ -201,8 +205,8 @@ class Fitter:
             jacobian[:, i] = column
         return jacobian
 
-    def elsewhere(self, fit: Fit, batch: Batch) -> Linearised:
-        """Return other experiments as a fit sees them."""
+    def linearised(self, fit: Fit, batch: Batch) -> Linearised:
+        """Return other experiments linearised at a fit."""
         coordinates, at = fit.coordinates, fit.at
         wanted = [Derivative(coordinates, at, i) for i in range(len(coordinates))]
         steps = [self._steps.of(w) for w in wanted]
@@ -217,24 +221,24 @@ class Fitter:
 
     def fit(
         self, coordinates: Sequence[Coordinate], start: Array, rounds: int = 3,
-        jacobian: Array | None = None, enough: float = LEAST_GAIN, known: float = math.inf,
+        jacobian: Array | None = None, enough: float = LEAST_GAIN, reference: float = math.inf,
     ) -> Fit:  # fmt: skip
-        """Minimise innovations and priors from a start.
+        """Minimise chi-square, priors included, from a starting point.
 
         Args:
-            coordinates: what is free.
-            start: where from.
-            rounds: iterations.
-            jacobian: a Jacobian near by; it is corrected on the way, and its last column refreshed.
-            enough: gain in chi-square of an iteration below which it was the last one.
-            known: chi-square of another fit: one that has come back to that, or as near as this,
-                ends.
+            coordinates: that are free.
+            start: their starting values.
+            rounds: largest number of iterations.
+            jacobian: Jacobian of a point near by. It is updated, and its last column is recomputed
+                in each iteration.
+            enough: gain in chi-square of an iteration below which the fit ends.
+            reference: chi-square of another fit; a fit that returns to it, within `enough`, ends.
 
         """
         free, weights = list(coordinates), prior_rows(coordinates)
         at = np.array(start, dtype=np.float64)
         residual = self.residual(free, at)
-        chi2, settled = self.loss(free, at, residual), False
+        chi2, converged = self.loss(free, at, residual), False
         sensitivities = None if jacobian is None else jacobian.astype(np.float64)
         low, high = np.array([c.bounds for c in free]).reshape(-1, 2).T
         bounds = low, high
@@ -244,21 +248,21 @@ class Fitter:
             elif i and jacobian is not None and len(free):
                 sensitivities[:, -1] = self.column(free, at, residual, len(free) - 1)
             first = i == 0 and jacobian is None
-            ways = steps(sensitivities, residual, weights, at, bounds, first)
-            better = self._improved(free, at, chi2, bounds, ways)
+            trial_steps = steps(sensitivities, residual, weights, at, bounds, first)
+            better = self._improved(free, at, chi2, bounds, trial_steps)
             if better is None:
-                settled = True
+                converged = True
                 break
             before, last = chi2, at
             at, changed, chi2 = better[0], better[1] - residual, better[2]
-            learn(sensitivities, at - last, changed)
+            update(sensitivities, at - last, changed)
             residual = better[1]
-            if before - chi2 < enough or abs(chi2 - known) < enough:
+            if before - chi2 < enough or abs(chi2 - reference) < enough:
                 break
         if sensitivities is None:
             sensitivities = self.jacobian(free, at, residual)
         effective = None if self.batch.noise is None else self.batch.noise.sample_size
-        return Fit(free, at, residual, sensitivities, chi2, effective, settled)
+        return Fit(free, at, residual, sensitivities, chi2, effective, converged)
 
     def _improved(
         self,
@@ -266,14 +270,14 @@ class Fitter:
         at: Array,
         chi2: float,
         bounds: tuple[Array, Array],
-        ways: Iterator[Array],
+        trial_steps: Iterator[Array],
     ) -> tuple[Array, Array, float] | None:
-        """Return where the first step leads that lessens the loss, the residual and loss there."""
-        for step in ways:
+        """Return point, residual and loss after the first step that reduces the loss."""
+        for step in trial_steps:
             trial = np.clip(at + step, *bounds)
-            found = next(self.within(free, [trial], chi2))
-            if found is not None and found[1] < chi2:
-                return trial, *found
+            evaluated = next(self.within(free, [trial], chi2))
+            if evaluated is not None and evaluated[1] < chi2:
+                return trial, *evaluated
         return None
 
     def _memory(self, coordinates: Sequence[Coordinate], at: Array | Sequence[float]) -> Point:
@@ -281,5 +285,5 @@ class Fitter:
 
 
 def _same(one: Point, other: Point) -> bool:
-    """Tell whether two points are equal to the last bit, in a parameter that is unset as well."""
+    """Return whether two points are equal bit by bit, NaN included."""
     return all(a.tobytes() == b.tobytes() for a, b in zip(one, other, strict=True))

@@ -1,7 +1,7 @@
-"""Ordinary least squares of parameters that were found: what a plain fit makes of the same names.
+"""Ordinary least squares fit of the named effects, for comparison.
 
-Every sample counts alike and every channel by its spread. There is no prior, no model of the noise
-and no doubt about outliers; where the data do not tell a parameter, it goes where chance leads it.
+Each channel is weighted by its standard deviation. There are no priors, no noise model and no
+robust loss; parameters that the data do not determine are arbitrary.
 """
 
 from collections.abc import Sequence
@@ -18,18 +18,18 @@ STEP = 1e-3
 """Step of the numerical derivatives, in units of a coordinate's scale (assumed)."""
 
 MOST_EVALUATIONS = 30
-"""Iterations of the fit, which begins at values that fit well (assumed)."""
+"""Iterations of the fit, which starts at good values (assumed)."""
 
 
 def ordinary_least_squares(
     predictor: Predictor, experiments: Sequence[Experiment], fit: Fit
 ) -> Fit:  # fmt: skip
-    """Fit the coordinates of a fit anew, beginning where it ended.
+    """Refit the coordinates of a fit by ordinary least squares.
 
     Args:
         predictor: predicts the readings.
         experiments: the training data.
-        fit: what is free, and where to begin.
+        fit: with the free coordinates and their starting values.
 
     """
     free = fit.coordinates
@@ -50,11 +50,11 @@ def ordinary_least_squares(
         return np.column_stack([(errors(at + s) - base) / s.sum() for s in steps])
 
     low, high = np.array([c.bounds for c in free]).T
-    found = least_squares(
+    solution = least_squares(
         errors, np.clip(fit.at, low, high), slopes, (low, high), x_scale="jac",
         max_nfev=MOST_EVALUATIONS,
     )  # fmt: skip
-    return Fit(free, found.x, found.fun, found.jac, float(2.0 * found.cost))
+    return Fit(free, solution.x, solution.fun, solution.jac, float(2.0 * solution.cost))
 
 
 def _spreads(channels: tuple[str, ...], experiments: Sequence[Experiment]) -> Array:

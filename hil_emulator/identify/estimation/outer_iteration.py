@@ -1,4 +1,4 @@
-"""The outer iteration: gains and estimates refreshed in turn until the estimate converges."""
+"""Outer iteration of a fit: filter gains and estimates are updated in turn until convergence."""
 
 import math
 from collections.abc import Sequence
@@ -8,7 +8,7 @@ import numpy as np
 
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.map_fit import LEAST_GAIN, Fitter
-from hil_emulator.identify.estimation.restarts import nudged, relaxed, without_it
+from hil_emulator.identify.estimation.restarts import moved_to_priors, nudged, restarted_near_zero
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 
@@ -16,65 +16,65 @@ CONVERGED = 0.3
 """Change in posterior standard deviations below which an estimate has converged (assumed)."""
 
 FAR = 5.0
-"""Change in the same units after which a Jacobian is computed anew (assumed: a stale one leads
-nowhere, which costs as much)."""
+"""Change in the same units above which a Jacobian is recomputed (assumed)."""
 
 LITTLE = 0.03
-"""Prior standard deviations that are added to them: long recordings leave next to none, and the
-filter does not notice (assumed)."""
+"""Share of the prior standard deviation that is added to these units: smaller changes do not matter
+to the filter, even if long recordings make the posterior narrower (assumed)."""
 
 
 PARTS = (1.0, 0.3, 0.1)
-"""Parts of a step that are tried until one is better with the gains of its end (assumed)."""
+"""Fractions of a step that are tried until the deviance with the new gains is smaller (assumed)."""
 
 AT_THE_END = 5
-"""Iterations of a fit whose gains stay, twice: a candidate must gain nothing by continuing it."""
+"""Iterations of each of two final fits with the same gains: a candidate must not gain by continuing
+an unfinished fit."""
 
 PROGRESS = 0.01
-"""Fall in deviance per residual from one pass to the next above which a fit is still on its way
-(assumed)."""
+"""Decrease of the deviance per residual and pass above which a pass is not counted (assumed)."""
 
 UNNOTICED = 0.1
-"""Change in the same units since gains were computed for which they are not computed anew (assumed:
-what they are worth changes with its square)."""
+"""Change in the same units up to which gains are not recomputed (assumed; their effect is
+quadratic)."""
 
 
 def converge(
     fitter: Fitter, free: Sequence[Coordinate], start: Array,
     effects: Sequence[Coordinate] = (), passes: int = 8, last: Fit | None = None,
 ) -> Fit:  # fmt: skip
-    """Refit everything in the model, with gains refreshed, until it hardly moves.
+    """Fit all coordinates of the model, with updated filter gains, until convergence.
 
-    The Jacobian is kept from one pass to the next; the estimate has converged when a fresh one
-    hardly moves it.
+    The Jacobian is kept between passes; the estimate has converged if a recomputed Jacobian hardly
+    changes it.
 
     Args:
-        fitter: with the training data; its gains are frozen anew.
-        free: everything that is fitted.
-        start: where it begins.
-        effects: those of them that are pushed over kinks.
-        passes: most times that the gains are refreshed with little progress.
-        last: a fit of some of these coordinates, the others zero: no worse one is returned.
+        fitter: with the training data; its filter gains are recomputed.
+        free: coordinates of the fit.
+        start: their starting values.
+        effects: those of them that are displaced once, since the loss has kinks along them.
+        passes: largest number of updates of the gains with little progress.
+        last: earlier fit of some of these coordinates, the others being zero. The result is not
+            worse.
 
     """
-    best = _settled(fitter, free, start, effects, passes, last)
-    begun = without_it(fitter, best)
-    if begun is not best:
-        other = _settled(fitter, free, begun.at, effects, passes)
+    best = _iterated(fitter, free, start, effects, passes, last)
+    restarted = restarted_near_zero(fitter, best)
+    if restarted is not best:
+        other = _iterated(fitter, free, restarted.at, effects, passes)
         if other.deviance > best.deviance and best.frozen is not None:
             fitter.freeze(free, best.frozen)
         else:
             best = other
-    return relaxed(fitter, best)
+    return moved_to_priors(fitter, best)
 
 
-def _settled(
+def _iterated(
     fitter: Fitter, free: Sequence[Coordinate], start: Array, effects: Sequence[Coordinate],
     passes: int, last: Fit | None = None,
 ) -> Fit:  # fmt: skip
-    """Return what a fit becomes from one start, or from a part of the way there."""
+    """Return the fit after the outer iteration from one starting point."""
     nudging, jacobian, at = bool(effects), None, start
-    frozen, best = _begun(free, last)
+    frozen, best = _starting_point(free, last)
     spread, left, fit = np.ones(len(start)), passes, None
     while left > 0 or fit is None:
         left -= 1
@@ -96,19 +96,19 @@ def _settled(
         if converged and jacobian is None and not nudging:
             break
         if converged and jacobian is None:
-            nudging, begun = False, fit
+            nudging, displaced = False, fit
             for effect in effects:
-                begun = nudged(fitter, begun, list(free).index(effect))
-            if begun is fit:
+                displaced = nudged(fitter, displaced, list(free).index(effect))
+            if displaced is fit:
                 break
-            at = begun.at
+            at = displaced.at
         else:
             jacobian = None if converged or moved > FAR else fit.jacobian
     return replace(fit, frozen=frozen, deviance=best)
 
 
-def _begun(free: Sequence[Coordinate], last: Fit | None) -> tuple[Array, float]:
-    """Return where gains were computed last, and the deviance there; infinite where unknown."""
+def _starting_point(free: Sequence[Coordinate], last: Fit | None) -> tuple[Array, float]:
+    """Return the point of the last fit's gains, and its deviance; infinite if unknown."""
     names = {c.name for c in free}
     if last is None or last.frozen is None or not {c.name for c in last.coordinates} <= names:
         return np.full(len(free), np.inf), math.inf
@@ -119,20 +119,20 @@ def _begun(free: Sequence[Coordinate], last: Fit | None) -> tuple[Array, float]:
 def _frozen_on(
     fitter: Fitter, free: Sequence[Coordinate], last: Array, at: Array, best: float
 ) -> tuple[Array, float, bool]:
-    """Freeze the experiments on the way to a point, as far as that is better than the last one.
+    """Recompute the filter gains at the end of a step, shortened until the deviance decreases.
 
-    A step is the best one for the gains of the point where it begins: far away, where the filter
-    believes its model less or more, the whole of it may be worse.
+    The step minimises the loss for the gains at its start. With the gains at its end, which differ
+    for a long step, the deviance may increase.
 
     Args:
         fitter: with the training data.
-        free: everything that is fitted.
-        last: where they were frozen last.
-        at: where the step leads.
-        best: deviance at the last point; infinite at the start.
+        free: coordinates of the fit.
+        last: point of the present gains.
+        at: end of the step.
+        best: deviance at `last`; infinite before the first step.
 
     Returns:
-        where they are frozen, the deviance there, and whether no part of the step was better.
+        Point of the new gains, its deviance, and whether no fraction of the step was better.
 
     """
     for part in PARTS if np.isfinite(best) else PARTS[:1]:
@@ -146,5 +146,5 @@ def _frozen_on(
 
 
 def _moved(one: Array, other: Array, spread: Array) -> float:
-    """Return how far two estimates are apart, in their standard deviations."""
+    """Return the largest difference of two estimates, in standard deviations."""
     return float(np.max(np.abs(other - one) / spread, initial=0.0))

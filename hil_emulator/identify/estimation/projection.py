@@ -1,4 +1,4 @@
-"""What is left of a derivative when the free parameters have done what they can."""
+"""Projection of derivatives orthogonal to those of the free parameters, with their priors."""
 
 import numpy as np
 
@@ -7,7 +7,13 @@ from hil_emulator.identify.measured.experiment import Array, Single
 
 
 class Projection:
-    """Takes out of a column what the free parameters, within their priors, can explain."""
+    """Removes from a column what the free parameters, within their priors, explain.
+
+    Attributes:
+        estimated: whether the noise is estimated from the residual.
+        residual: of the fit, with the prior rows appended.
+
+    """
 
     def __init__(self, fit: Fit) -> None:
         self._weights = prior_rows(fit.coordinates)
@@ -20,20 +26,20 @@ class Projection:
         self.residual = np.concatenate([fit.residual, self._weights * fit.at])
 
     def response(self, column: Array | Single) -> Array:
-        """Return what the free parameters do to compensate a unit of the column, or of several."""
+        """Return the change of the free parameters that compensates one unit of each column."""
         scale = self._scale.reshape(-1, *[1] * (column.ndim - 1))
         return np.asarray(-scale * (self._inverse @ (scale * (self._jacobian.T @ column))))
 
     def together(self, columns: Array | Single) -> tuple[Array, Array]:
-        """Return several projected columns side by side, and the response to each."""
-        rows, moved = len(columns), self.response(columns)
+        """Return several projected columns, and the response to each."""
+        rows, response = len(columns), self.response(columns)
         projected = np.empty((len(self.residual), columns.shape[1]))
-        np.matmul(self._jacobian, moved, out=projected[:rows])
+        np.matmul(self._jacobian, response, out=projected[:rows])
         projected[:rows] += columns
-        projected[rows:] = self._weights[:, None] * moved
-        return projected, moved
+        projected[rows:] = self._weights[:, None] * response
+        return projected, response
 
     def __call__(self, column: Array, response: Array | None = None) -> Array:
-        """Return the projected column, with its part in the prior rows at the end."""
-        moved = self.response(column) if response is None else response
-        return np.concatenate([column + self._jacobian @ moved, self._weights * moved])
+        """Return the projected column with the prior rows appended."""
+        change = self.response(column) if response is None else response
+        return np.concatenate([column + self._jacobian @ change, self._weights * change])

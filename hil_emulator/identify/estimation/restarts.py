@@ -1,4 +1,4 @@
-"""Ways on from where a fit has stopped: over kinks, and along directions that hardly matter."""
+"""Restarts of a converged fit: across kinks of the loss, near zero, and along flat directions."""
 
 from dataclasses import replace
 
@@ -8,31 +8,32 @@ from hil_emulator.identify.estimation.fit import TOLERATED, Fit, prior_rows
 from hil_emulator.identify.estimation.map_fit import LEAST_GAIN, Fitter
 
 NUDGES = (0.7, 1.4)
-"""Factors of an effect's size at which a refit is begun once more (assumed)."""
+"""Factors on an effect's size for a restart (assumed)."""
 
 MOST_OF_THE_WAY = 0.5
-"""Part of the way to zero from which a fit is begun there as well."""
+"""Fraction of the distance to zero above which a coordinate is restarted near zero."""
 
-NEARLY_NONE = 0.99
-"""Part of the way at which it begins: at the very end, some influences have no derivative."""
+NEARLY_ZERO = 0.99
+"""Fraction of that distance at the restart: at zero itself the derivative may be zero."""
 
-LEAST_SEEN = 2
-"""Directions along which what is believed decides."""
+FLAT_DIRECTIONS = 2
+"""Number of flat directions along which the priors decide."""
 
 
 def nudged(fitter: Fitter, fit: Fit, i: int, enough: float = LEAST_GAIN) -> Fit:
-    """Push one effect over the kinks that a delay has at every sample, a lap at every edge.
+    """Restart a fit with one effect displaced, across kinks of the loss.
 
-    Ordinary parameters that have gone far with it start as configured.
+    A delay has a kink at every sample, a valve lap at every edge. Implausible ordinary parameters
+    start at their configured values.
 
     Args:
         fitter: with frozen experiments.
         fit: that may have stopped at a kink.
         i: index of the effect.
-        enough: gain in chi-square that is no better fit.
+        enough: gain in chi-square below which an iteration is the last one.
 
     Returns:
-        a better fit, or the same.
+        A better fit, or the same one.
 
     """
     best = fit
@@ -45,19 +46,19 @@ def nudged(fitter: Fitter, fit: Fit, i: int, enough: float = LEAST_GAIN) -> Fit:
         if low <= at[i] <= high:
             near = None if any(far) else fit.jacobian
             other = fitter.fit(
-                fit.coordinates, at, 3, jacobian=near, enough=enough, known=best.chi2
+                fit.coordinates, at, 3, jacobian=near, enough=enough, reference=best.chi2
             )
             best = min(best, other, key=lambda f: f.chi2)
     return best
 
 
-def without_it(fitter: Fitter, fit: Fit) -> Fit:
-    """Begin once more without what has gone most of the way to zero.
+def restarted_near_zero(fitter: Fitter, fit: Fit) -> Fit:
+    """Restart a fit near zero for each vanishing coordinate that is on the way there.
 
-    Near zero its influence grows with a power: a fit that comes from afar may stop before it.
+    Near zero the influence of such a coordinate is a power of it, so that a fit may stop early.
 
     Returns:
-        a better fit, or the same.
+        A better fit, or the same one.
 
     """
     best = fit
@@ -65,26 +66,27 @@ def without_it(fitter: Fitter, fit: Fit) -> Fit:
         end = c.bounds[0]
         if c.scaling != "vanishing" or not end < fit.at[i] < MOST_OF_THE_WAY * end:
             continue
-        at = np.where(np.arange(len(fit.at)) == i, NEARLY_NONE * end, best.at)
+        at = np.where(np.arange(len(fit.at)) == i, NEARLY_ZERO * end, best.at)
         best = min(best, fitter.fit(fit.coordinates, at, 3), key=lambda f: f.chi2)
     return best
 
 
-def relaxed(fitter: Fitter, fit: Fit) -> Fit:
-    """Let what is believed decide along the directions that the data see least.
+def moved_to_priors(fitter: Fitter, fit: Fit) -> Fit:
+    """Move a fit to the optimum of the priors along the directions with the least information.
 
-    Difference quotients are not exact enough to follow them: underlap and overlap, say, act by
-    their difference alone.
+    Finite differences are too inaccurate for Gauss-Newton steps along them. Example: underlap and
+    overlap act by their difference alone.
     """
     pull = prior_rows(fit.coordinates) ** 2
     normal = fit.jacobian.T @ fit.jacobian + np.diag(pull)
     scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-12))
     directions = scale[:, None] * np.linalg.eigh(normal * np.outer(scale, scale))[1]
     low, high = np.array([c.bounds for c in fit.coordinates]).reshape(-1, 2).T
-    for way in directions.T[:LEAST_SEEN]:
-        reach = float((pull * fit.at) @ way) / max(float((pull * way) @ way), 1e-30)
+    for direction in directions.T[:FLAT_DIRECTIONS]:
+        slope, curvature = (pull * fit.at) @ direction, (pull * direction) @ direction
+        length = float(slope) / max(float(curvature), 1e-30)
         for part in (1.0, 0.5):
-            at = np.clip(fit.at - part * reach * way, low, high)
+            at = np.clip(fit.at - part * length * direction, low, high)
             residual = fitter.residual(fit.coordinates, at)
             loss = fitter.loss(fit.coordinates, at, residual)
             if loss < fit.chi2:

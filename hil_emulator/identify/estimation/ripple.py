@@ -1,10 +1,9 @@
-"""Friction that ripples along the stroke, as that of every machine does: taken out of estimates.
+"""Friction ripple along the stroke: a random effect, integrated out of the final estimates.
 
-Seals, bore and rod are nowhere the same: friction changes from place to place by some percent, and
-a law of friction takes a part of that for itself. So at the end the ripple is integrated out: at
-each place friction is larger or smaller by a share of its own, all of one variance, which the data
-tell. What is estimated beside it is generalised least squares (Aitken 1935, Proceedings of the
-Royal Society of Edinburgh 55, 42-48).
+The friction of every machine varies along the stroke by some percent, which biases the estimates of
+a friction law. At each place the friction gets a random factor; the factors have one common
+variance, which maximises the likelihood. The other estimates are then generalised least squares
+(Aitken 1935, Proceedings of the Royal Society of Edinburgh 55, 42-48).
 """
 
 from collections.abc import Iterator, Sequence
@@ -27,42 +26,42 @@ from hil_emulator.identify.prediction.observer.frozen_experiment import Frozen
 from hil_emulator.identify.prediction.observer.windows import pieces
 from hil_emulator.identify.prediction.parallel.pool import by_turns, side_by_side
 
-SHARES = (1e-4, 1.0)
-"""Standard deviations of the ripple over the friction among which the likeliest is looked for: from
-what no data show to friction that comes and goes."""
+RATIOS = (1e-4, 1.0)
+"""Range of the ripple's standard deviation over the friction: from invisible to 100 %."""
 
 PARTS = (1.0, 0.5, 0.25)
-"""Parts of the way to the estimate beside the ripple that are tried until one is likelier."""
+"""Fractions of the step to the new estimate that are tried until the likelihood increases."""
 
 
-class Along(NamedTuple):
-    """An experiment beside the likeliest ripple.
+class Profiled(NamedTuple):
+    """An experiment with the most likely ripple removed.
 
     Attributes:
         name: of the experiment.
-        shown: what each coordinate does that nothing else can, shape (coordinates, residuals).
-        left: what the linear model leaves with the likeliest ripple, shape (residuals,).
+        columns: sensitivity to each coordinate with all others and the ripple projected out, shape
+            (coordinates, residuals).
+        residual: of the linear model with the most likely ripple, shape (residuals,).
 
     """
 
     name: str
-    shown: Single
-    left: Array
+    columns: Single
+    residual: Array
 
 
 class Ripple:
-    """A finished model with friction that ripples beside it.
+    """A final model with friction ripple.
 
     Args:
-        fitter: with the training data, frozen where the fit ended.
-        begun: the model.
+        fitter: with the training data, frozen at the fit.
+        begun: fit without ripple.
 
     Attributes:
-        share: standard deviation of the ripple over the friction; 0 where there is none.
-        fit: the model where it is likeliest with the ripple integrated out, which makes its
-            coordinates less certain.
-        beyond: how far its coordinates are from where the linear model has them: zero, where a
-            whole step leads there and meets no end of a range.
+        ratio: standard deviation of the ripple over the friction; 0 without ripple.
+        fit: maximum of the likelihood with the ripple integrated out, which increases the
+            coordinates' covariance.
+        nonlinear_shift: difference of its coordinates from those of the linear model; zero unless
+            the step was shortened or a bound was reached.
 
     """
 
@@ -71,49 +70,49 @@ class Ripple:
         self._training = Linearised(fitter.batch, begun.residual, begun.jacobian)
         self._knots = _places(fitter)
         count = len(self._knots)
-        self._sums = Sums.nothing(count, len(begun.at))
+        self._sums = Sums.zeros(count, len(begun.at))
         for columns, jacobian, residual, _ in self._rows(self._training):
             self._sums.add(columns, jacobian, residual, fitter.jobs)
         self._noise = self._sums.power / self._sums.rows
-        nothing = Sums.nothing(count, len(begun.at))
-        evidence = LogEvidence(begun, self._sums, nothing, self._noise)
-        self.share = _likeliest(evidence, count)
-        self._ripple, uncertain = evidence.terms(self.share * np.eye(count))
+        no_data = Sums.zeros(count, len(begun.at))
+        evidence = LogEvidence(begun, self._sums, no_data, self._noise)
+        self.ratio = _most_likely_ratio(evidence, count)
+        self._ripple, ripple_covariance = evidence.terms(self.ratio * np.eye(count))
         self._shift = evidence.shift(self._ripple)
-        self._covariance = evidence.covariance(uncertain)
-        self.fit = self._settled(self._covariance - evidence.covariance())
-        self.beyond = self.fit.at - begun.at - self._shift
+        self._covariance = evidence.covariance(ripple_covariance)
+        self.fit = self._improved(self._covariance - evidence.covariance())
+        self.nonlinear_shift = self.fit.at - begun.at - self._shift
 
-    def along(self, names: Sequence[str], seen: Linearised | None = None) -> Iterator[Along]:
-        """Yield what is left of each experiment, and what some coordinates do there.
+    def profiled(self, names: Sequence[str], held: Linearised | None = None) -> Iterator[Profiled]:
+        """Yield each experiment with the most likely ripple removed.
 
         Args:
-            names: of the coordinates.
-            seen: experiments that took no part in the fit; None for those that did.
+            names: of the coordinates whose columns are computed.
+            held: held-out experiments; None for the training data.
 
         """
-        own = [[c.name for c in self._begun.coordinates].index(name) for name in names]
-        ways = self._covariance[:, own] / np.diag(self._covariance)[own]
-        hidden = self._against(self._sums.mixed @ ways)
-        rippling = np.column_stack([self._ripple, hidden]).T.astype(np.float32)
+        chosen = [[c.name for c in self._begun.coordinates].index(name) for name in names]
+        responses = self._covariance[:, chosen] / np.diag(self._covariance)[chosen]
+        absorbed = self._fitted_ripple(self._sums.mixed @ responses)
+        weights = np.column_stack([self._ripple, absorbed]).T.astype(np.float32)
         parts: list[tuple[Single, Array]] = []
-        one = self._training if seen is None else seen
-        experiments = iter(f.experiment.name for f in one.batch.frozen if isinstance(f, Frozen))
-        for columns, jacobian, residual, last in self._rows(one):
-            ripple, taken = np.split(rippling @ columns, [1])
-            shown = (ways.T @ jacobian.T - taken).astype(np.float32)
-            parts.append((shown, residual + jacobian @ self._shift + ripple[0]))
+        data = self._training if held is None else held
+        experiments = iter(f.experiment.name for f in data.batch.frozen if isinstance(f, Frozen))
+        for columns, jacobian, residual, last in self._rows(data):
+            ripple, by_ripple = np.split(weights @ columns, [1])
+            projected = (responses.T @ jacobian.T - by_ripple).astype(np.float32)
+            parts.append((projected, residual + jacobian @ self._shift + ripple[0]))
             if last:
-                shown, left = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
-                yield Along(next(experiments), shown, left)
+                projected, rest = (np.concatenate(p, axis=-1) for p in zip(*parts, strict=True))
+                yield Profiled(next(experiments), projected, rest)
                 parts.clear()
 
-    def _settled(self, further: Array) -> Fit:
-        """Return the fit where it is likeliest, as far as a linear step leads there."""
+    def _improved(self, further: Array) -> Fit:
+        """Return the fit after a step to the linear optimum, shortened until it is better."""
         begun = replace(self._begun, further=further)
         low, high = np.array([c.bounds for c in begun.coordinates]).reshape(-1, 2).T
         before = self._loss(begun.at, begun.residual, self._sums.onto)
-        for part in PARTS if self.share else ():
+        for part in PARTS if self.ratio else ():
             at = np.clip(begun.at + part * self._shift, low, high)
             residual = self._fitter.residual(begun.coordinates, at)
             if self._loss(at, residual, self._onto(residual)) < before:
@@ -128,21 +127,21 @@ class Ripple:
         return np.asarray(np.sum(list(products), axis=0, dtype=np.float64))
 
     def _loss(self, at: Array, residual: Array, onto: Array) -> float:
-        """Return the sum of squares beside the likeliest ripple, priors and its own included."""
-        left = float(residual @ residual - onto @ self._against(onto)) / self._noise
-        return left + self._fitter.loss(self._begun.coordinates, at, np.zeros(0))
+        """Return chi-square with the most likely ripple, priors of both included."""
+        chi2 = float(residual @ residual - onto @ self._fitted_ripple(onto)) / self._noise
+        return chi2 + self._fitter.loss(self._begun.coordinates, at, np.zeros(0))
 
-    def _against(self, onto: Array) -> Array:
-        """Return the likeliest ripple against what has these products with its columns."""
-        ratio = self.share**2 / self._noise
+    def _fitted_ripple(self, onto: Array) -> Array:
+        """Return the ripple fitted to a vector, given the products of its columns with it."""
+        ratio = self.ratio**2 / self._noise
         return np.asarray(
             ratio * np.linalg.solve(np.eye(len(onto)) + ratio * self._sums.shapes, onto)
         )
 
-    def _rows(self, seen: Linearised) -> Iterator[tuple[Single, Array, Array, bool]]:
-        """Yield what the ripple at each place does, Jacobian and residual, piece by piece.
+    def _rows(self, data: Linearised) -> Iterator[tuple[Single, Array, Array, bool]]:
+        """Yield columns of the ripple, Jacobian and residual, piece by piece.
 
-        The last of the four tells whether an experiment ends there.
+        The fourth item is whether the piece is the last one of an experiment.
         """
         predictor, begin = self._fitter.predictor, 0
         point = predictor.model.memory(self._begun.coordinates, self._begun.at)
@@ -151,9 +150,9 @@ class Ripple:
             path = predictor.innovations(frozen, *point, track=True)[1]
             return predictor.regressors(frozen, path)
 
-        followed = [f for f in seen.batch.frozen if isinstance(f, Frozen)]
-        found = by_turns(regressors, followed, self._fitter.jobs)
-        for frozen, along in zip(followed, found, strict=True):
+        experiments = [f for f in data.batch.frozen if isinstance(f, Frozen)]
+        values = by_turns(regressors, experiments, self._fitter.jobs)
+        for frozen, along in zip(experiments, values, strict=True):
             for piece in pieces(frozen):
                 here = slice(piece.begin, piece.end)
                 terms = hats(along["position"][here], self._knots)
@@ -161,45 +160,48 @@ class Ripple:
                 columns = columns[:, piece.repeated * len(frozen.channels) :]
                 kept = slice(begin, begin + columns.shape[1])
                 begin = kept.stop
-                yield columns, seen.jacobian[kept], seen.residual[kept], piece.last
+                yield columns, data.jacobian[kept], data.residual[kept], piece.last
 
     def _columns(self, frozen: Frozen, terms: Array) -> Single:
-        """Return what terms in the balance of the piston do to the residuals."""
+        """Return the derivatives of the residuals by terms in the balance of the piston."""
 
-        def made(first: int) -> Single:
+        def group_columns(first: int) -> Single:
             some = terms[:, first : first + TOGETHER]
             changes = self._fitter.predictor.through(frozen, PISTON, some)
             return changes.astype(np.float32, copy=False)
 
         groups = range(0, terms.shape[1], TOGETHER)
-        return np.concatenate(list(side_by_side(made, groups, self._fitter.jobs)))
+        return np.concatenate(list(side_by_side(group_columns, groups, self._fitter.jobs)))
 
 
-def ripples(fitter: Fitter, fit: Fit) -> bool:
-    """Tell whether data show places of the stroke: noise that is estimated holds ripple already."""
+def ripple_applies(fitter: Fitter, fit: Fit) -> bool:
+    """Return whether friction ripple can be estimated: position and noise are known.
+
+    Noise that is estimated from the residual includes the ripple already.
+    """
     if fit.effective is not None or PISTON not in fitter.predictor.balances:
         return False
-    if not fit.residual.any():  # nothing counts of so short a record
+    if not fit.residual.any():  # all samples of a very short record are excluded
         return False
     return all(isinstance(f, Frozen) for f in fitter.frozen) and len(_places(fitter)) > 0
 
 
 def _places(fitter: Fitter) -> Array:
-    """Return places along the way that the rod goes; none where nobody knows it."""
+    """Return places along the travelled stroke; empty if the position is unknown or constant."""
     measured = np.concatenate([e.matrix(("position",))[:, 0] for e in fitter.experiments])
-    known = measured[np.isfinite(measured)]
-    if not len(known) or np.ptp(known) == 0.0:
+    finite = measured[np.isfinite(measured)]
+    if not len(finite) or np.ptp(finite) == 0.0:
         return np.zeros(0)
-    return np.linspace(known.min(), known.max(), PLACES)
+    return np.linspace(finite.min(), finite.max(), PLACES)
 
 
-def _likeliest(evidence: LogEvidence, count: int) -> float:
-    """Return the standard deviation of the ripple that is likeliest, 0 if that is none."""
+def _most_likely_ratio(evidence: LogEvidence, count: int) -> float:
+    """Return the ripple's standard deviation over the friction that maximises the evidence."""
     rows = np.arange(count)
 
-    def against(exponent: float) -> float:
-        told, free = evidence(rows, np.exp(exponent) * np.eye(count))
-        return -told - free
+    def negative(exponent: float) -> float:
+        data, occam = evidence(rows, np.exp(exponent) * np.eye(count))
+        return -data - occam
 
-    found = minimize_scalar(against, bounds=np.log(SHARES), method="bounded")
-    return float(np.exp(found.x)) if found.fun < against(np.log(SHARES[0])) else 0.0
+    optimum = minimize_scalar(negative, bounds=np.log(RATIOS), method="bounded")
+    return float(np.exp(optimum.x)) if optimum.fun < negative(np.log(RATIOS[0])) else 0.0

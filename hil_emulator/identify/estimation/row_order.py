@@ -1,7 +1,7 @@
-"""Whether the current of a log's row acted before its readings or acts from them on.
+"""Test whether the current in a log's row acted before the readings of that row or after them.
 
-A table does not state it, and one row of shift looks like a much faster valve: nothing that is
-missing from a model makes a current act earlier than it was logged.
+Logs do not state it. A shift by one row looks like a much faster valve, and no missing effect makes
+a current act earlier than it was logged.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,29 +20,29 @@ from hil_emulator.identify.prediction.parallel.pool import LocalBatch, Threads
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 
 ROUNDS = 3
-"""Iterations of a fit, enough to tell a row of shift (assumed)."""
+"""Iterations of a fit, enough to detect a shift by one row (assumed)."""
 
 GAIN_PER_SAMPLE = 0.1
-"""Least gain in chi-square over the number of samples (assumed): a wrong row of 1 ms costs the
-reference machine 0.18 and more, a right one that is shifted gains nothing."""
+"""Smallest gain in chi-square per sample for a shift (assumed): for the reference machine, a wrong
+row of 1 ms costs at least 0.18; shifting a correct one gains nothing."""
 
 
 def ordered(
-    predictor: Predictor, given: Investigation, tell: Callable[[str], None], jobs: int = 1
+    predictor: Predictor, given: Investigation, report: Callable[[str], None], jobs: int = 1
 ) -> Investigation:
-    """Return the same with each current a row earlier, if that explains the readings better.
+    """Return the investigation with each current one row earlier if the fit is much better.
 
     Args:
         predictor: computes innovations.
-        given: what is examined, the current as it was recorded.
-        tell: takes progress in words.
+        given: the data with the recorded current.
+        report: receives progress as text.
         jobs: threads.
 
     """
     unstated = [e for e in given.learn if e.order_assumed and len(e.current)]
     if not unstated or not isinstance(predictor, Observer):
         return given
-    tell("comparing the current with the readings of its row and of the next one")
+    report("comparing the current with the readings of its row and of the next one")
     fitter = Fitter(predictor, [_course(e) for e in unstated], Threads(predictor, jobs))
     fitter.freeze(given.nuisances, np.zeros(len(given.nuisances)))
     frozen = [f for f in fitter.frozen if isinstance(f, Frozen)]
@@ -52,12 +52,12 @@ def ordered(
     )
     if kept - earlier < GAIN_PER_SAMPLE * sum(e.samples for e in unstated):
         return given
-    said = (
-        "valve_current: taken to have acted before the readings of its row, which explains them "
-        f"much better (chi-square {earlier:.3g} in place of {kept:.3g}); --current-acts states it"
+    note = (
+        "valve_current: assumed to act before the readings of its row, which explains them much "
+        f"better (chi-square {earlier:.3g} instead of {kept:.3g}); --current-acts states it"
     )
     learn, check = (
-        [replace(_earlier(e), notes=(*e.notes, said)) if e.order_assumed else e for e in part]
+        [replace(_earlier(e), notes=(*e.notes, note)) if e.order_assumed else e for e in part]
         for part in (given.learn, given.check)
     )
     return replace(given, learn=learn, check=check)
@@ -73,7 +73,7 @@ def _course(e: Experiment) -> Experiment:
 
 
 def _courses(experiments: Sequence[Experiment]) -> list[list[Experiment]]:
-    """Return the experiments with a current that is held, and with one that moves if it may."""
+    """Return the experiments with a held current and, for slow logs, with a moving one."""
     held = list(experiments)
     slow = any(map(slower_than_controller, held))
     return [held, [_course(e) for e in held]] if slow else [held]
@@ -83,10 +83,10 @@ def _chi2(
     fitter: Fitter, frozen: Sequence[Frozen], experiments: Sequence[Experiment],
     free: Sequence[Coordinate],
 ) -> float:  # fmt: skip
-    """Return the least chi-square with other currents, the gains and weights as they are."""
-    seen = [_with(f, e) for f, e in zip(frozen, experiments, strict=True)]
-    batch = LocalBatch(fitter.predictor, seen, fitter.jobs)
-    return fitter.seeing(batch).fit(free, np.zeros(len(free)), ROUNDS).chi2
+    """Return the smallest chi-square with other currents, for the same gains and weights."""
+    changed = [_with(f, e) for f, e in zip(frozen, experiments, strict=True)]
+    batch = LocalBatch(fitter.predictor, changed, fitter.jobs)
+    return fitter.with_batch(batch).fit(free, np.zeros(len(free)), ROUNDS).chi2
 
 
 def _with(frozen: Frozen, e: Experiment) -> Frozen:

@@ -1,8 +1,8 @@
-"""Whether the current was held from row to row of a recording, or moved in between.
+"""Test whether the current was held between the rows of a slow log, or changed in between.
 
-A log cannot show it, but the machine does: a current that moved has moved the spool. Both answers
-are tried with the same gains, each with its own ordinary parameters and a dead time of its own,
-because a current that is held comes half a period late on average.
+The response of the machine decides, since a changing current moves the spool. Both hypotheses are
+fitted with the same gains, each with its own ordinary parameters and dead time: a held current acts
+late by half a period on average.
 """
 
 from collections.abc import Callable, Sequence
@@ -27,31 +27,29 @@ from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.prediction.plant.parameters import candidates
 
 DEAD_TIME = "transport_delay"
-"""The effect that makes a current late."""
+"""Effect that delays the current."""
 
 ROUNDS = 5
-"""Iterations with one Jacobian, which is corrected on the way (assumed)."""
+"""Iterations per Jacobian, which is updated in between (assumed)."""
 
 PASSES = 10
-"""Jacobians of a fit: far more than it needs, as where a valve is fitted beside a dead time it
-creeps along a valley. Fits that had stopped there were up to 3000 apart in chi-square, and told of
-two in twelve healthy axes what their currents did not do."""
+"""Largest number of Jacobians of a fit. The loss has a flat valley along valve bandwidth and dead
+time; fits that stopped too early gave the wrong course for two of twelve healthy axes."""
 
 SETTLED = 1.0
-"""Gain in chi-square of a Jacobian below which it was the last: it says next to nothing beside
-what tells two answers apart."""
+"""Gain in chi-square per Jacobian below which a fit ends; far below a significant difference."""
 
 
 @dataclass(frozen=True)
 class Investigation:
-    """What is examined, for what, and what is known of the current between its rows.
+    """Data and candidates of a search, and the course of the current between rows.
 
     Attributes:
-        learn: experiments for the fit, with the course of their current where it moves.
+        learn: experiments for the fit, with a curve through the current if it moves.
         check: the same for the acceptance test.
-        nuisances: ordinary parameters; a dead time is one where nobody can tell it from a hold.
+        nuisances: ordinary parameters, with a dead time if it is not separable from a hold.
         candidates: effects that may be named.
-        answer: what the current did between the rows of loggers slower than a controller.
+        answer: course of the current between the rows of logs slower than the controller.
 
     """
 
@@ -63,73 +61,73 @@ class Investigation:
 
 
 def followed(
-    predictor: Predictor, given: Investigation, apart: float,
-    tell: Callable[[str], None] = lambda _: None, model: Fit | None = None,
-    told: SetPoints = "unknown", jobs: int = 1,
+    predictor: Predictor, given: Investigation, threshold: float,
+    report: Callable[[str], None] = lambda _: None, model: Fit | None = None,
+    stated: SetPoints = "unknown", jobs: int = 1,
 ) -> Investigation:  # fmt: skip
-    """Find out what the current did between rows, and say it in the experiments' notes.
+    """Determine the course of the current between rows, and note it with the experiments.
 
     Args:
         predictor: computes innovations.
-        given: what is examined, the current as it was recorded.
-        apart: chi-square by which one answer has to be better than the other.
-        tell: takes progress in words.
-        model: what is known to act; nothing beside what is configured, if not given. What is
-            missing may look like either answer.
-        told: what the user says of it; then nobody asks.
+        given: the data with the recorded current.
+        threshold: difference in chi-square from which one course is accepted.
+        report: receives progress as text.
+        model: fit with the named effects; None for the configured model. A missing effect may look
+            like either course.
+        stated: course that the user states; it is not tested.
         jobs: threads.
 
     """
     slow = [e for e in given.learn if len(e.current) and slower_than_controller(e)]
     if not slow or not isinstance(predictor, Observer):
-        return given if told == "unknown" else _needless(given)
-    if told != "unknown":
-        return _with(given, told, "you say")
-    tell("asking whether the current changed between the rows")
+        return given if stated == "unknown" else _needless(given)
+    if stated != "unknown":
+        return _with(given, stated, ", as stated")
+    report("testing whether the current changed between the rows")
     dead_time = [c for c in candidates(predictor.model, ()) if c.name == DEAD_TIME]
     fitter = Fitter(predictor, [moving(e) for e in slow], Threads(predictor, jobs))
-    known = given.nuisances if model is None else model.coordinates
-    free = [*(c for c in known if c.name != DEAD_TIME), *dead_time]
-    values = {} if model is None else {c.name: a for c, a in zip(known, model.at, strict=True)}
-    answer = _answer(fitter, free, np.array([values.get(c.name, 0.0) for c in free]), apart)
-    found = _with(given, answer, "the readings show")
+    fitted = given.nuisances if model is None else model.coordinates
+    free = [*(c for c in fitted if c.name != DEAD_TIME), *dead_time]
+    values = {} if model is None else {c.name: a for c, a in zip(fitted, model.at, strict=True)}
+    answer = _answer(fitter, free, np.array([values.get(c.name, 0.0) for c in free]), threshold)
+    noted = _with(given, answer, "" if answer == "unknown" else ", as the readings show")
     if answer != "unknown":
-        return found
+        return noted
     period = max(e.period for e in slow)
     dead_time = [replace(c, prior=period / c.scale) for c in dead_time]
     rest = [c for c in given.candidates if c.name != DEAD_TIME]
-    return replace(found, nuisances=[*given.nuisances, *dead_time], candidates=rest)
+    return replace(noted, nuisances=[*given.nuisances, *dead_time], candidates=rest)
 
 
 def hold(experiments: Sequence[Experiment]) -> float:
-    """Return how much later a current that is held from row to row comes than one that moves [s].
+    """Return the mean delay of a held current [s]: half of the log's less the controller's period.
 
-    On average, by half a period less half of the controller's.
+    The delay is relative to a current that changes with the controller's period.
     """
     return 0.5 * (max(e.period for e in experiments) - CONTROLLER)
 
 
 def held(given: Investigation, why: str) -> Investigation:
-    """Return the same with the current held, where the readings tell nothing of it."""
-    return _with(given, "held", why)
+    """Return the data with the current assumed to be held, with the reason as a note."""
+    return _with(given, "held", f", since {why}")
 
 
 def late(given: Investigation) -> Investigation:
-    """Return the same with a current that comes later than one that is held: a dead time acts."""
-    return _with(given, "unknown", "the readings show, but it is later than one that is held")
+    """Return the data with an undetermined course, and a note that a dead time acts as well."""
+    return _with(given, "unknown", "; it acts later than a held current")
 
 
 def shifts(
     predictor: Predictor, experiments: Sequence[Experiment], fit: Fit, jobs: int = 1
 ) -> dict[str, float]:
-    """Return how far the coordinates of a model move if the current was held from row to row.
+    """Return the change of each coordinate of a model if the current was held between rows.
 
-    Then nothing else makes it late, but a dead time that was named.
+    A dead time as an ordinary parameter is then removed; a named one stays.
 
     Args:
         predictor: computes innovations.
-        experiments: for the fit, with a course of the current that moves.
-        fit: the model there.
+        experiments: for the fit, with a moving current.
+        fit: of the model with these data.
         jobs: threads.
 
     """
@@ -139,72 +137,73 @@ def shifts(
     fitter = Fitter(predictor, experiments, Threads(predictor, jobs))
     fitter.freeze(free, at)
     fitter.batch = _with_held_current(fitter)
-    found = _settled(fitter, free, at)
-    return {c.name: float(there - here)
-            for c, there, here in zip(free, found.at, at, strict=True)}  # fmt: skip
+    refitted = _iterated(fitter, free, at)
+    return {c.name: float(after - before)
+            for c, after, before in zip(free, refitted.at, at, strict=True)}  # fmt: skip
 
 
-_SAID: dict[SetPoints, str] = {
-    "held": "held from row to row, as",
-    "moves": "it changes between the rows, as",
-    "unknown": "whether it changes between the rows or comes late is more than",
+_COURSES: dict[SetPoints, str] = {
+    "held": "held from row to row",
+    "moves": "it changes between the rows",
+    "unknown": "the readings do not show whether it changes between the rows or acts late",
 }
+"""Course of the current in notes."""
 
 
 def _needless(given: Investigation) -> Investigation:
-    """Return the same, with a note that nothing was to be said of the current."""
-    said = "valve_current: what --set-points says changes nothing in data like these"
-    learn, check = ([replace(e, notes=(*e.notes, said)) for e in part]
+    """Return the data with a note that the stated course has no effect."""
+    note = "valve_current: --set-points has no effect on data like these"
+    learn, check = ([replace(e, notes=(*e.notes, note)) for e in part]
                     for part in (given.learn, given.check))  # fmt: skip
     return replace(given, learn=learn, check=check)
 
 
-def _with(given: Investigation, answer: SetPoints, who: str) -> Investigation:
-    """Return the same with what the current did between rows, and who says so."""
-    said = f"valve_current: {_SAID[answer]} {who}"
-    learn, check = ([_as(answer, e, said) for e in part] for part in (given.learn, given.check))
+def _with(given: Investigation, answer: SetPoints, reason: str) -> Investigation:
+    """Return the data with a course of the current, and a note with the reason."""
+    note = f"valve_current: {_COURSES[answer]}{reason}"
+    learn, check = ([_as(answer, e, note) for e in part] for part in (given.learn, given.check))
     return replace(given, learn=learn, check=check, answer=answer)
 
 
-def _as(answer: SetPoints, e: Experiment, said: str) -> Experiment:
-    """Return an experiment with what its current did between rows."""
+def _as(answer: SetPoints, e: Experiment, note: str) -> Experiment:
+    """Return an experiment with a course of its current, and a note."""
     if not slower_than_controller(e):
         return e
     if answer == "held":
-        return replace(e, notes=(*e.notes, said))
-    taken = f"taken along a curve through them, in steps of {CONTROLLER * 1e3:g} ms (assumed)"
-    return moving(replace(e, notes=(*e.notes, f"{said}; {taken}")))
+        return replace(e, notes=(*e.notes, note))
+    curve = f"assumed: a curve through the rows, in steps of {CONTROLLER * 1e3:g} ms"
+    return moving(replace(e, notes=(*e.notes, f"{note}; {curve}")))
 
 
-def _answer(fitter: Fitter, free: list[Coordinate], at: Array, apart: float) -> SetPoints:
-    """Return which course of the current the readings follow, if it is better by enough."""
+def _answer(fitter: Fitter, free: list[Coordinate], at: Array, threshold: float) -> SetPoints:
+    """Return the course of the current that fits significantly better, or "unknown"."""
     fitter.freeze(free, at)
     moves = _fit(fitter, free, at)
     fitter.batch = _with_held_current(fitter)
     held = _fit(fitter, free, at)
-    # this error is not about a mean: of a few long blocks, any gain would look unsure
+    # shorter blocks than for variances: with few long blocks the standard error is inflated
     predictor, period = fitter.predictor, fitter.experiments[0].period
     block = max(1, round(predictor.correlation_time / period)) * len(predictor.channels)
     error = _error(held.residual**2 - moves.residual**2, block)
-    # what ordinary parameters have to be for it counts, too
+    # chi-square includes the priors of the ordinary parameters
     better = held.chi2 - moves.chi2
-    if better**2 < apart * max(error**2, apart):
+    if better**2 < threshold * max(error**2, threshold):
         return "unknown"
     return "moves" if better > 0.0 else "held"
 
 
 def _fit(fitter: Fitter, free: list[Coordinate], at: Array) -> Fit:
-    """Return the best fit from any dead time: at every part of a period it has a kink."""
+    """Return the best fit from several dead times, along which the loss has kinks."""
     period = max(e.period for e in fitter.experiments)
     starts = [at]
     if free[-1].name == DEAD_TIME:
-        begun = {float(at[-1]), 0.0, 0.5 * period / free[-1].scale}
-        starts = [np.append(at[:-1], start) for start in sorted(begun)]
-    return min((_settled(fitter, free, start) for start in starts), key=lambda fit: fit.chi2)
+        delays = {float(at[-1]), 0.0, 0.5 * period / free[-1].scale}
+        starts = [np.append(at[:-1], start) for start in sorted(delays)]
+    return min((_iterated(fitter, free, start) for start in starts), key=lambda fit: fit.chi2)
 
 
-def _settled(fitter: Fitter, free: list[Coordinate], start: Array) -> Fit:
-    """Return the best fit from one start."""
+def _iterated(fitter: Fitter, free: list[Coordinate], start: Array) -> Fit:
+    """Return the fit from one starting point."""
     fit = fitter.fit(free, start, ROUNDS)
     for _ in range(PASSES):
         before, fit = fit, fitter.fit(free, fit.at, ROUNDS)
@@ -220,12 +219,12 @@ def _with_held_current(fitter: Fitter) -> LocalBatch:
 
 
 def _held(frozen: Frozen) -> Frozen:
-    """Return a frozen experiment whose current is held, whatever it was frozen with."""
+    """Return a frozen experiment with its recorded current, held from row to row."""
     current = np.repeat(frozen.experiment.current[:, None], frozen.data.current.shape[1], axis=1)
     return replace(frozen, data=frozen.data._replace(current=current))
 
 
 def _error(gain: Array, length: int) -> float:
-    """Return a gain's standard error, from blocks that are longer than it is correlated."""
+    """Return the standard error of a summed gain, from blocks longer than its correlation."""
     blocks = np.array_split(gain, max(2, len(gain) // length))
     return float(np.sqrt(sum(block.sum() ** 2 for block in blocks)))

@@ -1,7 +1,7 @@
-"""What free shapes and coordinates do to residuals, in sums over all rows of a recording.
+"""Normal equations of free shapes and coordinates, summed over all rows of the recordings.
 
-The columns of some two hundred hats would fill the memory: they are made for one experiment at a
-time, and again where they are needed again.
+The columns of about two hundred hats would not fit into memory. They are computed for one
+experiment at a time, and recomputed when they are needed again.
 """
 
 import math
@@ -23,16 +23,16 @@ from hil_emulator.identify.prediction.parallel.pool import Batch, by_turns, side
 R = TypeVar("R")
 
 MOST_ROWS = 300_000
-"""Rows of one experiment that take part: a minute of five channels at 1 kHz shows a law's form."""
+"""Largest number of rows per experiment: one minute of five channels at 1 kHz is enough."""
 
 TOGETHER = 24
-"""Hats that are carried through a filter at once: a processor multiplies several as fast as one."""
+"""Hats that pass the filter at once, for vector instructions of the processor."""
 
 ROWS_AT_ONCE = 4096
-"""Rows of the hats' columns that are of double precision at once."""
+"""Rows of the hats' columns in double precision at once; limits the memory."""
 
 RIDGE = 0.01
-"""Part of its information by which every hat is held where all are fitted at once (assumed)."""
+"""Ridge penalty of a joint fit of all hats, over the information of each hat (assumed)."""
 
 
 @dataclass
@@ -46,7 +46,7 @@ class Sums:
         normal: J'J.
         slope: J'r.
         power: r'r.
-        rows: how many.
+        rows: number of rows.
 
     """
 
@@ -59,8 +59,8 @@ class Sums:
     rows: int = 0
 
     @classmethod
-    def nothing(cls, hats: int, coordinates: int) -> "Sums":
-        """Return the sums over no row."""
+    def zeros(cls, hats: int, coordinates: int) -> "Sums":
+        """Return the sums over zero rows."""
         return cls(np.zeros((hats, hats)), np.zeros((hats, coordinates)), np.zeros(hats),
                    np.zeros((coordinates, coordinates)), np.zeros(coordinates))  # fmt: skip
 
@@ -80,7 +80,7 @@ class Sums:
                    jacobian.T @ residual, float(residual @ residual), len(residual))  # fmt: skip
 
     def add(self, columns: Single, jacobian: Array, residual: Array, jobs: int = 1) -> None:
-        """Add rows, some of them on each thread; arguments as of `over`."""
+        """Add rows, on several threads; arguments as for `over`."""
         for part in by_rows(Sums.over, (columns, jacobian, residual), ROWS_AT_ONCE, jobs):
             self.shapes += part.shapes
             self.mixed += part.mixed
@@ -92,11 +92,11 @@ class Sums:
 
 
 class ShapeSums:
-    """Free shapes beside a fit, and their sums.
+    """Free shapes of a model, and their sums.
 
     Args:
-        fitter: with the training data, frozen where the fit ended.
-        fit: what is beside them.
+        fitter: with the training data, frozen at the fit.
+        fit: of the model without the shapes.
 
     """
 
@@ -111,17 +111,17 @@ class ShapeSums:
         return self._sums(rows)
 
     def held_out(self, held: Linearised | None) -> Sums:
-        """Return the sums over other data, of as many columns."""
+        """Return the sums over held-out data with the same columns; zero without any."""
         if held is None:
             return self._sums([])
         values = list(self._regressors(held.batch))
         return self._sums(self._rows(held.batch, values, held.residual, held.jacobian))
 
     def inflations(self, training: Sums) -> Array:
-        """Return by how much serial correlation widens variances, of each shape the median hat.
+        """Return the factor of serial correlation on the variance of each shape (median hat).
 
-        What any shape or coordinate could explain is no noise: of all of them at once, what they
-        leave is looked at along each hat.
+        The correlation is that of the residual of a joint ridge fit of all shapes and coordinates,
+        so that unexplained terms do not count as noise.
         """
         fit = self._fit
         weights = prior_rows(fit.coordinates)
@@ -129,20 +129,20 @@ class ShapeSums:
         information = training.shapes - across @ training.mixed.T
         gradient = training.onto - across @ (training.slope + weights**2 * fit.at)
         terms = -inverse(information, RIDGE) @ gradient
-        taken = across.T @ terms
+        response = across.T @ terms
         length = max(1, self._fitter.correlation_length)
 
-        def along(columns: Single, jacobian: Array, residual: Array) -> tuple[Array, Array]:
+        def block_sums(columns: Single, jacobian: Array, residual: Array) -> tuple[Array, Array]:
             some = columns.astype(np.float64)
-            left = residual - jacobian @ taken + terms @ some
+            rest = residual - jacobian @ response + terms @ some
             some -= across @ jacobian.T
-            blocks = np.add.reduceat(some * left, np.arange(0, len(left), length), axis=1)
+            blocks = np.add.reduceat(some * rest, np.arange(0, len(rest), length), axis=1)
             return np.sum(blocks**2, axis=1), np.sum(some**2, axis=1)
 
         sums, powers = np.zeros(len(terms)), np.zeros(len(terms))
         whole_blocks = length * math.ceil(ROWS_AT_ONCE / length)
-        for seen in self._rows(self._fitter.batch, self._values, fit.residual, fit.jacobian):
-            for of_blocks, power in by_rows(along, seen, whole_blocks, self._fitter.jobs):
+        for rows in self._rows(self._fitter.batch, self._values, fit.residual, fit.jacobian):
+            for of_blocks, power in by_rows(block_sums, rows, whole_blocks, self._fitter.jobs):
                 sums += of_blocks
                 powers += power
         widened = np.maximum(sums / np.maximum(powers, 1e-12), 1.0)
@@ -150,7 +150,7 @@ class ShapeSums:
         return np.array([np.median(part) for part in np.split(widened, ends[:-1])])
 
     def _sums(self, rows: Iterable[tuple[Single, Array, Array]]) -> Sums:
-        sums = Sums.nothing(self._hats, len(self._fit.at))
+        sums = Sums.zeros(self._hats, len(self._fit.at))
         for columns, jacobian, residual in rows:
             sums.add(columns, jacobian, residual, self._fitter.jobs)
         return sums
@@ -164,29 +164,32 @@ class ShapeSums:
         predictor = self._fitter.predictor
         point = predictor.model.memory(self._fit.coordinates, self._fit.at)
 
-        def seen(frozen: object) -> Regressors:
+        def regressors(frozen: object) -> Regressors:
             path = predictor.innovations(frozen, *point, track=True)[1]
             return predictor.regressors(frozen, path)
 
-        yield from side_by_side(seen, batch.frozen, self._fitter.jobs)
+        yield from side_by_side(regressors, batch.frozen, self._fitter.jobs)
 
     def _rows(
         self, batch: Batch, values: Sequence[Regressors], residual: Array, jacobian: Array
     ) -> Iterator[tuple[Single, Array, Array]]:
-        """Yield columns, Jacobian and residual of each experiment; the next take the same room."""
+        """Yield columns, Jacobian and residual of each experiment.
+
+        The columns of all experiments share one buffer.
+        """
         begin, jobs = 0, self._fitter.jobs
         first, *rest = self._groups()
-        room = np.zeros((0, 0), np.float32)
+        buffer = np.zeros((0, 0), np.float32)
         experiments = list(zip(batch.frozen, values, strict=True))
-        # what the first ones compute of an experiment serves all others
+        # the first group computes data of an experiment that all other groups reuse
         firsts = by_turns(lambda one: self._columns(*one, first), experiments, jobs)
-        for one, begun in zip(experiments, firsts, strict=True):
-            made = partial(self._columns, *one)
-            rows, at = begun.shape[1], 0
-            if room.shape[1] < min(rows, MOST_ROWS):
-                room = np.empty((self._hats, min(rows, MOST_ROWS)), np.float32)
-            columns = room[:, :rows]
-            for part in chain([begun], side_by_side(made, rest, jobs)):
+        for one, of_first in zip(experiments, firsts, strict=True):
+            columns_of = partial(self._columns, *one)
+            rows, at = of_first.shape[1], 0
+            if buffer.shape[1] < min(rows, MOST_ROWS):
+                buffer = np.empty((self._hats, min(rows, MOST_ROWS)), np.float32)
+            columns = buffer[:, :rows]
+            for part in chain([of_first], side_by_side(columns_of, rest, jobs)):
                 columns[at : at + len(part)] = part[:, :MOST_ROWS]
                 at += len(part)
             kept = slice(begin, begin + columns.shape[1])
@@ -194,7 +197,7 @@ class ShapeSums:
             yield columns, jacobian[kept], residual[kept]
 
     def _groups(self) -> Iterator[list[FreeShape]]:
-        """Yield the shapes in their order, those of one balance together as far as hats allow."""
+        """Yield groups of successive shapes of one balance, with at most `TOGETHER` hats each."""
         group: list[FreeShape] = []
         for shape in self.shapes:
             count = sum(len(s.knots) for s in (*group, shape))
@@ -206,27 +209,27 @@ class ShapeSums:
             yield group
 
     def _columns(self, frozen: object, along: Regressors, group: Sequence[FreeShape]) -> Single:
-        """Return what each hat of shapes of one balance does to one experiment: (hats, rows)."""
+        """Return the derivatives of an experiment's residual by hats of a balance: (hats, rows)."""
         balance = group[0].balance
         terms = np.concatenate([hats(along[s.regressor], s.knots) for s in group], axis=1)
-        made = self._fitter.predictor.through(frozen, balance, terms * balance.scale)
-        return made.astype(np.float32, copy=False)
+        columns = self._fitter.predictor.through(frozen, balance, terms * balance.scale)
+        return columns.astype(np.float32, copy=False)
 
 
 def by_rows(
-    work: Callable[[Single, Array, Array], R], seen: tuple[Single, Array, Array], at_once: int,
+    work: Callable[[Single, Array, Array], R], data: tuple[Single, Array, Array], at_once: int,
     jobs: int,
 ) -> Iterator[R]:  # fmt: skip
-    """Yield the work on so many rows at once, in their order.
+    """Yield the results of a function for blocks of rows, in their order.
 
     Args:
-        work: takes columns, Jacobian and residual, all but the columns of double precision.
-        seen: columns of hats, shape (hats, rows), Jacobian and residual.
-        at_once: most rows.
+        work: takes columns, Jacobian and residual, all but the columns in double precision.
+        data: columns of hats, shape (hats, rows), Jacobian and residual.
+        at_once: rows per block.
         jobs: threads.
 
     """
-    columns, jacobian, residual = seen
+    columns, jacobian, residual = data
 
     def some(first: int) -> R:
         rows = slice(first, first + at_once)
@@ -236,7 +239,13 @@ def by_rows(
 
 
 def inverse(matrix: Array, ridge: float = 0.0) -> Array:
-    """Return the inverse of a covariance or of an information, without what it hardly tells."""
+    """Return the pseudoinverse of a covariance or information, without nearly singular directions.
+
+    Args:
+        matrix: symmetric, positive semidefinite.
+        ridge: added to the diagonal of the scaled matrix.
+
+    """
     scale = 1.0 / np.sqrt(np.maximum(np.diag(matrix), 1e-12))
     scaled = matrix * np.outer(scale, scale) + ridge * np.eye(len(matrix))
     return np.outer(scale, scale) * np.linalg.pinv(scaled, rcond=1e-10, hermitian=True)

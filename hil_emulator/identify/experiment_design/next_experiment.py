@@ -15,7 +15,7 @@ from hil_emulator.identify.experiment_design.forecast import Explanation, Foreca
 from hil_emulator.identify.experiment_design.library import LIBRARY, Target, limits, target
 from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.selection.progress import Search
-from hil_emulator.identify.selection.rivals import weighed
+from hil_emulator.identify.selection.rivals import rival_start
 from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.units import show
 
@@ -188,7 +188,7 @@ def explanations(
     mine = [*shared, *(final.coordinates[i] for i in knobs)]
     fits = {named: fitter.fit(mine, np.concatenate([at, values]), 2)}
     for name in group[: MEMBERS - 1]:
-        brought, start = weighed(search.selected_in(named), name)
+        brought, start = rival_start(search.selected_in(named), name)
         fits[name] = fitter.fit([*shared, *brought], np.concatenate([at, start]), 4)
     return [Explanation(n, f.coordinates, f.at, f.chi2) for n, f in fits.items()]
 

@@ -1,9 +1,8 @@
-"""What is certain of an effect in the model: that it is needed, that it is there, and its value.
+"""Backward tests of named effects, and the uncertainty of their values.
 
-The first name goes to what explains the most of everything that is missing; beside the effects that
-were found after it, it may explain nothing. Every machine has a little of everything, like friction
-that ripples along the stroke: what explains hardly anything is named only where it can be nothing
-else.
+An effect that was named early may be superfluous with the effects that were named later. An effect
+that explains less than `NOTICEABLE` of the variance is kept only if no alternative explanation
+remains, since every machine has small effects such as friction ripple along the stroke.
 """
 
 import itertools
@@ -13,11 +12,11 @@ from collections.abc import Callable
 import numpy as np
 from scipy.special import stdtr, stdtrit
 
+from hil_emulator.identify.estimation.experiment_estimates import EstimatesByExperiment
 from hil_emulator.identify.estimation.fit import TOLERATED, Fit, prior_rows
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
-from hil_emulator.identify.estimation.settled import Settled
-from hil_emulator.identify.estimation.sizes import Sizes
+from hil_emulator.identify.estimation.reported_model import ReportedModel
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.free_terms.free_shapes import HATS
 from hil_emulator.identify.prediction.free_terms.term_matching import calibrates
@@ -25,26 +24,26 @@ from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.levels import (
     FALSE_ALARM,
     GREATER_PART,
-    INEXACT,
+    LAW_TOLERANCE,
     NOTICEABLE,
-    ONE_IN_TWENTY,
-    reached_by_chance,
+    SIGNIFICANCE,
+    chi2_threshold,
 )
 from hil_emulator.identify.selection.progress import Round, Search
 
 
-def re_examine(fitter: Fitter, search: Search, tell: Callable[[str], None]) -> None:
-    """Drop an earlier effect that the last one has made superfluous.
+def drop_superfluous(fitter: Fitter, search: Search, report: Callable[[str], None]) -> None:
+    """Drop an earlier effect that is not significant with the last one in the model.
 
     Args:
-        fitter: with the training data; its gains are frozen anew.
-        search: with an effect just taken into the model.
-        tell: takes progress in words.
+        fitter: with the training data; its filter gains are recomputed.
+        search: with an effect just added to the model.
+        report: receives progress as text.
 
     """
     if len(search.effects) < 2:
         return
-    full = search.settle(converge(fitter, search.free, search.at, search.effects, 1))
+    full = search.continue_from(converge(fitter, search.free, search.at, search.effects, 1))
     for name in [c.name for c in search.effects[:-1]]:
         kept = {c.name for c in search.without(name)}
         stay = [i for i, c in enumerate(full.coordinates) if c.name in kept]
@@ -54,15 +53,15 @@ def re_examine(fitter: Fitter, search: Search, tell: Callable[[str], None]) -> N
         if fit.chi2 - full.chi2 < search.rounds[-1].needed * widened:
             search.remove(name, "named, later superfluous")
             search.adopt(fit)
-            tell(f"{name} is no longer needed")
+            report(f"{name} is no longer needed")
             return
 
 
-def hardly_likelier(search: Search, base: Fit) -> bool:
-    """Tell whether the last effect makes the data hardly more likely, next to what others do.
+def negligible_likelihood_gain(search: Search, base: Fit) -> bool:
+    """Return whether the last effect reduces the deviance far less than an earlier one did.
 
-    Each model has its own gains here. With gains of the model before, which correct much of what a
-    law leaves, an effect may gain far more.
+    Each model is evaluated with filter gains of its own. With the gains of the model before, which
+    absorb a part of the misfit, the reduction may appear far larger.
 
     Args:
         search: with the effect in the model.
@@ -76,11 +75,11 @@ def hardly_likelier(search: Search, base: Fit) -> bool:
     bases = [*(r.base for r in search.rounds if r.accepted), base]
     falls = [one.deviance - other.deviance for one, other in itertools.pairwise(bases)]
     earlier = {c.name for one in bases for c in one.coordinates}
-    return len(falls) > 1 and earlier <= names and falls[-1] < INEXACT * max(falls[:-1])
+    return len(falls) > 1 and earlier <= names and falls[-1] < LAW_TOLERANCE * max(falls[:-1])
 
 
-def standing(fitter: Fitter, search: Search, fit: Fit, name: str) -> float:
-    """Return what the model loses in chi-square without one of its effects, refitted."""
+def loss_without(fitter: Fitter, search: Search, fit: Fit, name: str) -> float:
+    """Return the increase in chi-square if one effect is removed and the rest is refitted."""
     kept = {c.name for c in search.without(name)}
     stay = [i for i, c in enumerate(fit.coordinates) if c.name in kept]
     rest = [fit.coordinates[i] for i in stay]
@@ -88,34 +87,41 @@ def standing(fitter: Fitter, search: Search, fit: Fit, name: str) -> float:
     return without.chi2 - fit.chi2
 
 
-def faint(search: Search) -> list[str]:
-    """Return the effects that explain next to nothing, and may as well be something else or none.
+def weak_effects(search: Search) -> list[str]:
+    """Return the effects with a gain below `NOTICEABLE` that have an alternative explanation.
 
-    So may one that these data would not show if it were as large as usual, one beside which a
-    candidate that was refused explained far more, one that explains less than a free term still
-    does, one beside which ordinary parameters are where hardly any machine has them, and one that
-    is no longer as far from none as a name has to be, once all is counted that leaves it uncertain.
+    One of these conditions is enough:
+
+    1. The law of the effect does not fit.
+    2. The effect at its typical size would not be significant in these data.
+    3. A rejected candidate of its round gained far more.
+    4. A free term still explains more.
+    5. Ordinary parameters are highly implausible.
+    6. Its value is not significant with all contributions to its uncertainty.
 
     Args:
-        search: finished, with what speaks against the laws of its effects.
+        search: finished, with the lack of fit of the named laws.
 
     """
-    left = search.rounds[-1].base
-    unlikely = bool(not_by_chance(left))
+    last = search.rounds[-1].base
+    implausible = bool(highly_implausible_parameters(last))
     return [c.name for c in search.effects
-            if (found := search.selected_in(c.name)).best < NOTICEABLE * _variance(found, left)
-            and (c.name in search.forms or not found.trials[0].score.visible
-                 or _far_less(found) or _below_a_free_term(search, found) or unlikely
-                 or _may_be_none(search, found, c.name))]  # fmt: skip
+            if (named := search.selected_in(c.name)).best < NOTICEABLE * _total(named, last)
+            and (c.name in search.law_mismatch or not named.trials[0].score.visible
+                 or _weaker_than_rejected(named) or _weaker_than_free_term(search, named)
+                 or implausible or _insignificant(search, named, c.name))]  # fmt: skip
 
 
-def _variance(named: Round, left: Fit) -> float:
-    """Return the chi-square of which a gain is a share: by the noise by which it was computed."""
-    return left.sample_size if left.effective is None else named.base.chi2
+def _total(named: Round, last: Fit) -> float:
+    """Return the chi-square to which the gain of a round is compared.
+
+    Estimated noise differs between rounds, so that the round's own chi-square is used.
+    """
+    return last.sample_size if last.effective is None else named.base.chi2
 
 
-def deviation(search: Search, fit: Fit, name: str) -> float:
-    """Return the standard deviation of an effect's coordinate, everything counted.
+def total_deviation(search: Search, fit: Fit, name: str) -> float:
+    """Return the standard deviation of an effect's coordinate, with its systematic part.
 
     Args:
         search: with the effect in the model.
@@ -123,77 +129,79 @@ def deviation(search: Search, fit: Fit, name: str) -> float:
         name: of the effect.
 
     """
-    known, lacking, _ = _deviations(search, fit, name)
-    return math.hypot(known, lacking)
+    statistical, systematic, _ = _deviations(search, fit, name)
+    return math.hypot(statistical, systematic)
 
 
 def interval(search: Search, fit: Fit, name: str) -> tuple[float, float]:
-    """Return the 95 % interval of an effect's coordinate, given that the effect is there.
+    """Return the 95 % interval of an effect's coordinate, given the presence of the effect.
 
-    That it is there, on this side of none, has passed a test; what no law explains leaves its size
-    uncertain. So the distribution ends at none. How much a law lacks is told by a few numbers only:
-    the distribution is Student's, of as many degrees of freedom as the sum of such a variance and
-    one that is known has (Welch and Satterthwaite).
+    The distribution is Student's, truncated at zero since the sign has passed a test. The
+    systematic variance is estimated from few values; the degrees of freedom are those of its sum
+    with the statistical variance (Welch and Satterthwaite).
     """
     at = float(fit.at[[c.name for c in fit.coordinates].index(name)])
-    known, lacking, told_by = _deviations(search, fit, name)
-    spread, share = math.hypot(known, lacking), lacking**2 / (known**2 + lacking**2)
-    # of millions of degrees it is a normal one
-    degrees = told_by / max(share, 1e-3) ** 2
-    absent = float(stdtr(degrees, -abs(at) / spread))
-    ends = [abs(at) + spread * float(stdtrit(degrees, absent + (1.0 - absent) * part))
+    statistical, systematic, freedom = _deviations(search, fit, name)
+    spread = math.hypot(statistical, systematic)
+    share = systematic**2 / (statistical**2 + systematic**2)
+    # with millions of degrees of freedom the distribution is normal
+    degrees = freedom / max(share, 1e-3) ** 2
+    beyond_zero = float(stdtr(degrees, -abs(at) / spread))
+    ends = [abs(at) + spread * float(stdtrit(degrees, beyond_zero + (1.0 - beyond_zero) * part))
             for part in (0.025, 0.975)]  # fmt: skip
     low, high = sorted(math.copysign(end, at) for end in ends)
     return low, high
 
 
 def _deviations(search: Search, fit: Fit, name: str) -> tuple[float, float, int]:
-    """Return the standard deviation of an effect's coordinate by the data, and by its law.
+    """Return the statistical and systematic standard deviation of an effect's coordinate.
 
-    A law of another form fits as another value where the machine moves otherwise: by about the
-    amplitude of what the law lacks over its own, which is the root of its part of the chi-square,
-    or by as much as the values of the experiments are apart, if that is more. The third number is
-    how many numbers tell it: those that a free shape has beside its size, or those experiments.
+    The systematic part is due to a wrong law, whose estimate depends on the motion. It is the
+    larger one of two: the root of the law's lack of fit times the value, and the spread of the
+    experiments' estimates. The third number is its degrees of freedom.
     """
     i = [c.name for c in fit.coordinates].index(name)
-    lacking, told_by = math.sqrt(search.lacks.get(name, 0.0)) * abs(float(fit.at[i])), HATS - 1
-    if search.settled is None:
+    systematic = math.sqrt(search.lack_of_fit.get(name, 0.0)) * abs(float(fit.at[i]))
+    freedom = HATS - 1
+    if search.reported_model is None:
         spread = float(np.sqrt(fit.covariance()[i, i]))
-        # estimated noise held the effect itself when it was named
+        # noise that was estimated before the effect was named includes the effect
         named = search.selected_in(name).trials[0].deviation if fit.effective is None else 0.0
-        found = max(spread, named)
+        spread = max(spread, named)
     else:
-        found, sizes = search.settled.deviations[name], search.settled.sizes[name]
-        if sizes.elsewhere > lacking:
-            lacking, told_by = sizes.elsewhere, len(sizes.values) - 1
-    known = math.hypot(found, discrepancy_uncertainty(search, fit)[i])
-    return math.hypot(known, _borne(search, fit, i)), lacking, told_by
+        estimates = search.reported_model.estimates[name]
+        spread = search.reported_model.deviations[name]
+        if estimates.of_new_experiment > systematic:
+            systematic, freedom = estimates.of_new_experiment, len(estimates.values) - 1
+    statistical = math.hypot(spread, discrepancy_uncertainty(search, fit)[i])
+    return math.hypot(statistical, _confounding(search, fit, i)), systematic, freedom
 
 
-def _borne(search: Search, fit: Fit, i: int) -> float:
-    """Return how much of a coordinate ordinary parameters may bear, where data do not tell."""
-    unsure = fit.coordinates[i].name in search.forms or implausible_parameters(fit)
-    return taken_over(fit, i) if unsure else 0.0
+def _confounding(search: Search, fit: Fit, i: int) -> float:
+    """Return the shift of a coordinate by confounding with ordinary parameters, if it is possible.
+
+    With a correct law and plausible parameters the data separate them, and the shift is zero.
+    """
+    possible = fit.coordinates[i].name in search.law_mismatch or implausible_parameters(fit)
+    return nuisance_confounding(fit, i) if possible else 0.0
 
 
-def taken_over(fit: Fit, i: int) -> float:
-    """Return how much ordinary parameters may have taken over of an effect.
+def nuisance_confounding(fit: Fit, i: int) -> float:
+    """Return the shift of a coordinate if outlying ordinary parameters had their configured values.
 
-    That is by how much its coordinate would be another one if those were as configured that are
-    more than two standard deviations off: a valve that is fitted slow may bear a part of what is
-    late. Of an effect with the catalogue's law the data tell who bears it, unless they put one of
-    them where one of twenty machines has any.
+    Parameters more than `TOLERATED` prior standard deviations off count as outlying: a valve that
+    is fitted too slow, for instance, may explain a part of a dead time.
     """
     far = [j for j, c in enumerate(fit.coordinates)
            if np.isfinite(c.prior) and abs(fit.at[j]) > TOLERATED * c.prior]  # fmt: skip
     spread = fit.covariance()
-    # two of them may stand in for each other, too
+    # outlying parameters may be collinear
     back = np.linalg.pinv(spread[np.ix_(far, far)], hermitian=True) @ fit.at[far]
     return abs(float(spread[i, far] @ back))
 
 
-def borne_elsewhere(search: Search, fit: Fit) -> list[str]:
-    """Say of which effects strange parameters may bear more than all else leaves uncertain.
+def confounding_notes(search: Search, fit: Fit) -> list[str]:
+    """Return a note on effects whose uncertainty is mostly due to implausible parameters.
 
     Args:
         search: with the effects in the model.
@@ -202,89 +210,90 @@ def borne_elsewhere(search: Search, fit: Fit) -> list[str]:
     """
     names, far = [c.name for c in fit.coordinates], implausible_parameters(fit)
     wide = [c.name for c in search.effects
-            if 2.0 * _borne(search, fit, names.index(c.name)) ** 2
-            > deviation(search, fit, c.name) ** 2]  # fmt: skip
+            if 2.0 * _confounding(search, fit, names.index(c.name)) ** 2
+            > total_deviation(search, fit, c.name) ** 2]  # fmt: skip
     if not far or not wide:
         return []
-    part = f"that may bear a part of {' and of '.join(wide)}"
-    return [f"{' and '.join(far)}: {part}, and the interval holds it"]
+    part = f"this may explain a part of {' and of '.join(wide)}"
+    return [f"{' and '.join(far)}: {part}, and the interval includes that"]
 
 
-def apart(settled: Settled | None) -> dict[str, str]:
-    """Return the effects of which experiments want other sizes, and which, in words.
+def heterogeneous_estimates(model: ReportedModel | None) -> dict[str, str]:
+    """Return, by name, effects whose estimates differ between experiments, with the range in words.
 
-    They are farther apart than chance puts the sizes of one law, and than a law may be off.
+    The differences are significant, and larger than those of an approximate law.
     """
-    if settled is None:
+    if model is None:
         return {}
-    return {name: _from_to(sizes) for name, sizes in settled.sizes.items()
-            if sizes.about and sizes.by_chance < FALSE_ALARM
-            and sizes.spread**2 > INEXACT * sizes.about**2}  # fmt: skip
+    return {name: _range(each) for name, each in model.estimates.items()
+            if each.reported and each.p_value < FALSE_ALARM
+            and each.between_experiments**2 > LAW_TOLERANCE * each.reported**2}  # fmt: skip
 
 
-def _from_to(sizes: Sizes) -> str:
-    """Say which sizes experiments want, those aside that hardly know."""
-    each = [(value / sizes.about, variance / sizes.about**2)
-            for value, variance in zip(sizes.values, sizes.variances, strict=True)]  # fmt: skip
-    parts = [part for part, variance in each if variance < 1.0] or [part for part, _ in each]
-    return f"experiments want from {min(parts):.0%} to {max(parts):.0%} of this size"
+def _range(estimates: EstimatesByExperiment) -> str:
+    """Return the range of the experiments' estimates, without those of large variance."""
+    ratios = [value / estimates.reported for value in estimates.values]
+    variances = [variance / estimates.reported**2 for variance in estimates.variances]
+    parts = [r for r, v in zip(ratios, variances, strict=True) if v < 1.0] or ratios
+    return f"single experiments give from {min(parts):.0%} to {max(parts):.0%} of this value"
 
 
 def discrepancy_uncertainty(search: Search, fit: Fit) -> Array:
-    """Return the standard deviation of each coordinate that comes from what no law explains.
+    """Return the standard deviation of each coordinate due to unexplained terms of unknown shape.
 
-    Friction that changes along the stroke, say, is taken for something else in part: how much, its
-    strength tells, while its shape is anyone's. Noise that is estimated holds it already. What the
-    calibration of a sensor lacks is no uncertainty of an error of it, but a part of its law; and
-    where ripple along the stroke was integrated out, that is counted already.
+    Friction ripple along the stroke, for instance, is partly fitted by other coordinates. Not
+    counted are terms of a sensor's calibration curve for errors of that sensor, whose law they
+    belong to, and ripple that was integrated out. Estimated noise includes all terms already.
     """
     if fit.effective is not None:
         return np.zeros(len(fit.coordinates))
     last = search.rounds[-1]
-    terms = last.terms if search.settled is None else search.settled.terms
+    terms = last.terms if search.reported_model is None else search.reported_model.terms
     names = [c.name for c in last.base.coordinates]
-    found = [(t, dict(zip(names, t.uncertainty, strict=True)))
-             for t in terms if len(t.uncertainty)]  # fmt: skip
-    return np.array([np.linalg.norm([d.get(c.name, 0.0) for t, d in found if not calibrates(t, c)])
-                     for c in fit.coordinates])  # fmt: skip
+    by_term = [(t, dict(zip(names, t.uncertainty, strict=True)))
+               for t in terms if len(t.uncertainty)]  # fmt: skip
+    return np.array([
+        np.linalg.norm([d.get(c.name, 0.0) for t, d in by_term if not calibrates(t, c)])
+        for c in fit.coordinates
+    ])  # fmt: skip
 
 
-def _far_less(found: Round) -> bool:
-    """Tell whether another candidate explained far more than the one that was named."""
-    gains = [t.evidence.delta_chi2 for t in found.trials if not t.beside]
-    return max(gains, default=0.0) > found.best / GREATER_PART
+def _weaker_than_rejected(named: Round) -> bool:
+    """Return whether another candidate of the round gained far more than the named one."""
+    gains = [t.evidence.delta_chi2 for t in named.trials if not t.partner]
+    return max(gains, default=0.0) > named.best / GREATER_PART
 
 
-def _below_a_free_term(search: Search, found: Round) -> bool:
-    """Tell whether a free term still explains more than an effect did, chance set aside."""
-    return any(t.certain > found.best for t in search.rounds[-1].terms)
+def _weaker_than_free_term(search: Search, named: Round) -> bool:
+    """Return whether a free term of the final model gains significantly more than the effect."""
+    return any(t.excess > named.best for t in search.rounds[-1].terms)
 
 
-def _may_be_none(search: Search, found: Round, name: str) -> bool:
-    """Tell whether an effect, everything counted, is less sure than a name has to be."""
+def _insignificant(search: Search, named: Round, name: str) -> bool:
+    """Return whether an effect is not significant with its total standard deviation."""
     fit = search.reported or search.rounds[-1].base
     at = fit.at[[c.name for c in fit.coordinates].index(name)]
-    return bool(abs(at) < math.sqrt(found.needed) * deviation(search, fit, name))
+    return bool(abs(at) < math.sqrt(named.needed) * total_deviation(search, fit, name))
 
 
-def implausible_parameters(fit: Fit, chance: float = ONE_IN_TWENTY) -> list[str]:
-    """Return the ordinary parameters that are farther off than any is by chance, each in words.
+def implausible_parameters(fit: Fit, chance: float = SIGNIFICANCE) -> list[str]:
+    """Return the ordinary parameters that are significantly off their configured values, in words.
 
     Args:
-        fit: the finished model.
-        chance: probability that any of them is as far off in a machine like the configured one.
+        fit: of the final model.
+        chance: significance level for all parameters together, under their priors.
 
     """
     return [
         f"{c.name} is {float(c.value(at)) / c.neutral:.2g} times its configured value"
-        for c, at in far_off(fit, chance)
+        for c, at in outlying_parameters(fit, chance)
     ]
 
 
-def far_off(fit: Fit, chance: float) -> list[tuple[Coordinate, float]]:
-    """Return the ordinary parameters that are farther off than any is by chance, and where."""
+def outlying_parameters(fit: Fit, chance: float) -> list[tuple[Coordinate, float]]:
+    """Return the ordinary parameters that are significantly off, with their coordinates."""
     ordinary = sum(np.isfinite(c.prior) for c in fit.coordinates)
-    deviations = math.sqrt(reached_by_chance(chance, int(ordinary)))
+    deviations = math.sqrt(chi2_threshold(chance, int(ordinary)))
     return [
         (c, float(at)) for c, at in zip(fit.coordinates, fit.at, strict=True)
         if np.isfinite(c.prior) and c.neutral and abs(at) > deviations * c.prior
@@ -292,10 +301,10 @@ def far_off(fit: Fit, chance: float) -> list[tuple[Coordinate, float]]:
 
 
 def prior_penalty(fit: Fit) -> float:
-    """Return the part of chi-square from the priors of ordinary parameters."""
+    """Return the contribution of the priors to chi-square."""
     return float(np.sum((prior_rows(fit.coordinates) * fit.at) ** 2))
 
 
-def not_by_chance(fit: Fit) -> list[str]:
-    """Return the ordinary parameters that hardly any healthy machine has so far off."""
+def highly_implausible_parameters(fit: Fit) -> list[str]:
+    """Return the parameters that are significantly off at the level `FALSE_ALARM`, in words."""
     return implausible_parameters(fit, FALSE_ALARM)

@@ -1,8 +1,9 @@
-"""Nothing more, another law of a named effect, or something unknown: one comparison by evidence.
+"""Bayesian comparison of the final model with models that have additional free terms.
 
-Beside the finished model, a smooth term over any regressor may act in any balance (Kennedy and
-O'Hagan 2001). One in the balance of a named effect is what the law of that effect lacks, and likely
-small beside the effect; any other is unknown. Which of them are there, the evidence decides.
+Each term is a smooth function of one regressor in one balance, with a Gaussian process prior
+(Kennedy and O'Hagan 2001). In the balance of a named effect it may be the lack of fit of its law,
+which is small compared with the effect; any other term is unknown. Terms are added while they
+increase the log evidence.
 """
 
 import math
@@ -21,35 +22,36 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.free_terms.free_shapes import HATS, FreeShape
 from hil_emulator.identify.prediction.free_terms.term_matching import is_part
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
-from hil_emulator.identify.selection.levels import INEXACT, NOTICEABLE
+from hil_emulator.identify.selection.levels import LAW_TOLERANCE, NOTICEABLE
 
-OWN_SIZES = (0.05, 0.1, 0.2, 0.4)
-"""Root mean square of what a law lacks over that of its effect, each as likely. A straight law
-misses 0.17 of a power law of order 4/7, a turbulent gap; 0.2 of an orifice's, 0.25 of a square one
-and 0.4 of a cubic one, as a sensor's odd curve is. Parts of such laws miss less."""
+LAW_ERROR_SIZES = (0.05, 0.1, 0.2, 0.4)
+"""Prior of the root mean square error of a law over that of its effect: equally probable values.
 
-SHARES = tuple(10.0 ** (0.5 * i) for i in range(-8, 2))
-"""Shares of the innovations' variance that an unknown term may have, each as likely: from one in
-ten thousand, which chance gives to six hats of a minute's data, to three times all of it."""
+A linear law leaves 0.17 of a power law of order 4/7 (turbulent gap), 0.2 of an orifice's law, 0.25
+of a square and 0.4 of a cubic one (odd curve of a sensor). Parts of such laws leave less."""
+
+VARIANCE_SHARES = tuple(10.0 ** (0.5 * i) for i in range(-8, 2))
+"""Prior of an unknown term's share of the innovations' variance: equally probable values from 1e-4,
+which six hats reach by chance in data of one minute, to 3."""
 
 SMOOTH = 1.5
-"""Hats over which a term is correlated: neighbours by 0.8, the ends of the range by
-nothing, so that it bends once or twice, and is neither noise nor a straight line."""
+"""Correlation length of a term, in hats: neighbours are correlated by 0.8, the ends of the range
+are not, so that the curve bends once or twice."""
 
 MOST_DISCREPANCIES = 4
-"""Most terms beside the model."""
+"""Largest number of additional terms."""
 
 
 @dataclass(frozen=True)
 class Discrepancy:
-    """A term beside the model that the evidence asks for.
+    """A free term that increases the evidence of the model.
 
     Attributes:
         shape: its balance and regressor.
-        owner: the named effect whose law it belongs to; "" for something unknown, None for ripple
-            of the friction.
+        owner: named effect whose law it belongs to; "" for an unknown term, None for friction
+            ripple.
         nats: gain in log evidence.
-        explained: the same as a chi-square of the training data.
+        explained: this gain, converted to chi-square of the training data.
 
     """
 
@@ -60,21 +62,21 @@ class Discrepancy:
 
 
 class Contribution(NamedTuple):
-    """What an effect makes of the residual, as a chi-square.
+    """Chi-square of the change of the residual if an effect is removed.
 
     Attributes:
-        whole: all of it.
-        own: what of it no other coordinate can take over.
+        total: with all other coordinates fixed.
+        unique: with all other coordinates refitted (linearised).
 
     """
 
-    whole: float
-    own: float
+    total: float
+    unique: float
 
 
 @dataclass(frozen=True)
 class _Option:
-    """One way in which a term may be there."""
+    """Hypothesis on a term: its prior variance, its log prior probability and its owner."""
 
     variance: float
     log_prior: float
@@ -82,18 +84,18 @@ class _Option:
 
 
 class Discrepancies:
-    """Terms beside a finished model.
+    """Additional free terms of a final model.
 
     Args:
-        fitter: with the training data, frozen where the model ended.
-        fit: the model.
-        effects: that were named.
+        fitter: with the training data, frozen at the fit.
+        fit: of the final model.
+        effects: named effects.
         held: validation data, or None.
 
     Attributes:
-        made: what each effect makes, by name.
-        shapes: the terms that may be there.
-        found: those that the evidence asks for, the likeliest first.
+        contributions: of each effect, by name.
+        shapes: terms that are considered.
+        selected: terms that increase the evidence, the most probable first.
 
     """
 
@@ -112,101 +114,102 @@ class Discrepancies:
         self._inflations = np.maximum(inflations, self._inflation)
         self._evidence = LogEvidence(fit, self._training, held_out, self._inflation)
         self._part = self._training.rows / (self._training.rows + held_out.rows)
-        self.made = {c.name: self._made_by(fitter, c) for c in self._effects}
-        self._options = [list(self._ways(i)) for i in range(len(self.shapes))]
-        self.found = self._asked_for()
+        self.contributions = {c.name: self._contribution(fitter, c) for c in self._effects}
+        self._options = [list(self._hypotheses(i)) for i in range(len(self.shapes))]
+        self.selected = self._select()
 
     @property
-    def lacks(self) -> dict[str, float]:
-        """What the law of each effect lacks, as a part of what the effect explains, by name."""
-        return {c.name: sum(d.explained for d in self.found if d.owner == c.name)
-                / self.made[c.name].own for c in self._effects}  # fmt: skip
+    def lack_of_fit(self) -> dict[str, float]:
+        """Lack of fit of each effect's law, as a share of what the effect explains, by name."""
+        return {c.name: sum(d.explained for d in self.selected if d.owner == c.name)
+                / self.contributions[c.name].unique for c in self._effects}  # fmt: skip
 
     def other_laws(self) -> dict[str, str]:
-        """Return why the laws of effects are others than the catalogue's, by name.
+        """Return, by effect, the reason why its law is not the catalogue's.
 
-        What is no word worth elsewhere is none here: every machine has a little of everything.
+        Terms below the threshold `NOTICEABLE` are ignored, as for unknown terms.
         """
-        forms = {}
+        reasons = {}
         for c in self._effects:
-            own = [d for d in self.found if d.owner == c.name and self._noticeable(d)]
-            part = sum(d.explained for d in own) / self.made[c.name].own
-            if part > INEXACT:
-                title = max(own, key=lambda d: d.explained).shape.title
-                forms[c.name] = f"a free term in the {title} explains {100.0 * part:.0f} % more"
-        return forms
+            terms = [d for d in self.selected if d.owner == c.name and self._noticeable(d)]
+            part = sum(d.explained for d in terms) / self.contributions[c.name].unique
+            if part > LAW_TOLERANCE:
+                title = max(terms, key=lambda d: d.explained).shape.title
+                reasons[c.name] = f"a free term in the {title} explains {100.0 * part:.0f} % more"
+        return reasons
 
     def unknown(self) -> list[FreeShape]:
-        """Return what belongs to no effect and is worth a word, the likeliest first."""
-        return [d.shape for d in self.found if not d.owner and self._noticeable(d)]
+        """Return noticeable terms that belong to no effect, the most probable first."""
+        return [d.shape for d in self.selected if not d.owner and self._noticeable(d)]
 
     def _noticeable(self, d: Discrepancy) -> bool:
         least = NOTICEABLE * self._fit.sample_size / HATS
         return d.explained > least * len(d.shape.knots)
 
-    def _asked_for(self) -> list[Discrepancy]:
-        """Return the terms that the evidence asks for, the likeliest first."""
+    def _select(self) -> list[Discrepancy]:
+        """Return the terms that increase the evidence, by forward selection."""
         rows, root = np.zeros(0, dtype=int), np.zeros((0, 0))
         rest = list(range(len(self.shapes)))
-        found: list[Discrepancy] = []
-        while rest and len(found) < MOST_DISCREPANCIES:
+        selected: list[Discrepancy] = []
+        while rest and len(selected) < MOST_DISCREPANCIES:
             before = self._evidence(rows, root)
-            ways = (self._with(rows, root, before, i) for i in rest)
-            nats, i, option = max(ways, key=lambda way: way[0])
+            gains = (self._gain(rows, root, before, i) for i in rest)
+            nats, i, option = max(gains, key=lambda gain: gain[0])
             if nats <= 0.0:
                 break
             rest.remove(i)
-            rows, root = self._beside(rows, root, i, option.variance)
+            rows, root = self._extended(rows, root, i, option.variance)
             explained = 2.0 * float(self._inflations[i]) * nats * self._part
-            found.append(Discrepancy(self.shapes[i], option.owner, nats, explained))
-        return found
+            selected.append(Discrepancy(self.shapes[i], option.owner, nats, explained))
+        return selected
 
-    def _with(
+    def _gain(
         self, rows: Array, root: Array, before: tuple[float, float], i: int
     ) -> tuple[float, int, _Option]:  # fmt: skip
-        """Return the nats that one term more gains, and how it is likeliest.
+        """Return the gain in log evidence of one more term, its index and its best hypothesis.
 
-        What the data say along a term counts as much less as they are correlated along it.
+        The information of the data is reduced by their serial correlation along the term.
         """
-        less = self._inflation / self._inflations[i]
+        reduction = self._inflation / self._inflations[i]
         nats = []
         for option in self._options[i]:
-            told, free = self._evidence(*self._beside(rows, root, i, option.variance))
-            nats.append(option.log_prior + less * (told - before[0]) + free - before[1])
+            data, occam = self._evidence(*self._extended(rows, root, i, option.variance))
+            nats.append(option.log_prior + reduction * (data - before[0]) + occam - before[1])
         return float(np.logaddexp.reduce(nats)), i, self._options[i][int(np.argmax(nats))]
 
-    def _beside(self, rows: Array, root: Array, i: int, variance: float) -> tuple[Array, Array]:
-        own = math.sqrt(variance) * self._roots[i]
-        zeros = np.zeros((len(root), len(own)))
-        return np.append(rows, self._rows[i]), np.block([[root, zeros], [zeros.T, own]])
+    def _extended(self, rows: Array, root: Array, i: int, variance: float) -> tuple[Array, Array]:
+        """Return rows and prior root covariance with those of one more term."""
+        added = math.sqrt(variance) * self._roots[i]
+        zeros = np.zeros((len(root), len(added)))
+        return np.append(rows, self._rows[i]), np.block([[root, zeros], [zeros.T, added]])
 
-    def _ways(self, i: int) -> Iterator[_Option]:
-        """Yield the ways in which a term may be there."""
+    def _hypotheses(self, i: int) -> Iterator[_Option]:
+        """Yield the hypotheses on a term."""
         shape, rows = self.shapes[i], self._rows[i]
         kernel = self._roots[i] @ self._roots[i].T
         here = np.ix_(rows, rows)
-        seen = self._inflation * float(np.sum(kernel * self._evidence.information[here]))
-        each = self._fit.sample_size / max(seen, 1e-9)
+        shown = self._inflation * float(np.sum(kernel * self._evidence.information[here]))
+        each = self._fit.sample_size / max(shown, 1e-9)
         owners = [c for c in self._effects if is_part(shape, c)]
         if shape.ripples:
             usual = NOTICEABLE * len(rows) / HATS
-            small = [s for s in SHARES if s <= usual]
+            small = [s for s in VARIANCE_SHARES if s <= usual]
             yield from (_Option(s * each, -math.log(2 * len(small)), None) for s in small)
-        # what outgrows a law in whose balance it acts still is what that law lacks
+        # a large term in the balance of a named effect is the lack of fit of its law, too
         names = [c.name for c in owners] or [""]
-        chance = -math.log(len(self.shapes) * len(SHARES) * len(names))
-        yield from (_Option(s * each, chance, name) for name in names for s in SHARES)
+        chance = -math.log(len(self.shapes) * len(VARIANCE_SHARES) * len(names))
+        yield from (_Option(s * each, chance, name) for name in names for s in VARIANCE_SHARES)
         whole = max(float(np.sum(kernel * self._training.shapes[here])), 1e-9)
         for c in owners:
             places = sum(is_part(s, c) for s in self.shapes)
-            chance = -math.log(places * len(OWN_SIZES))
-            own = self.made[c.name].whole / whole
-            yield from (_Option(size**2 * own, chance, c.name) for size in OWN_SIZES)
+            chance = -math.log(places * len(LAW_ERROR_SIZES))
+            unit = self.contributions[c.name].total / whole
+            yield from (_Option(size**2 * unit, chance, c.name) for size in LAW_ERROR_SIZES)
 
-    def _made_by(self, fitter: Fitter, c: Coordinate) -> Contribution:
-        """Return what an effect makes, by the model without it.
+    def _contribution(self, fitter: Fitter, c: Coordinate) -> Contribution:
+        """Return the contribution of an effect, from a prediction without it.
 
-        Where a law saturates, as a pump's does, its tangent may tell a hundredth or ten times that.
+        The tangent of a saturating law, such as a pump's, may be wrong by a factor of 10 or 100.
         """
         fit, names = self._fit, [k.name for k in self._fit.coordinates]
         rest = [i for i, name in enumerate(names) if name != c.name]
@@ -222,6 +225,6 @@ class Discrepancies:
 
 
 def _smooth(count: int) -> Array:
-    """Return the root of the prior covariance of a term's hats, of variance one."""
-    apart = np.subtract.outer(np.arange(count), np.arange(count)) / SMOOTH
-    return np.asarray(np.linalg.cholesky(np.exp(-0.5 * apart**2) + 1e-6 * np.eye(count)))
+    """Return the Cholesky factor of a term's prior covariance (squared exponential, variance 1)."""
+    distance = np.subtract.outer(np.arange(count), np.arange(count)) / SMOOTH
+    return np.asarray(np.linalg.cholesky(np.exp(-0.5 * distance**2) + 1e-6 * np.eye(count)))

@@ -1,4 +1,4 @@
-"""What speaks for and against a candidate, whether that justifies a name, and which comes first."""
+"""Test statistics of a candidate, the acceptance test, and the ranking of candidates."""
 
 import math
 from collections.abc import Sequence
@@ -10,28 +10,28 @@ from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.levels import (
     NEARLY_ALL,
-    ONE_IN_TWENTY,
+    SIGNIFICANCE,
     SMALL_PART,
-    reached_by_chance,
+    chi2_threshold,
 )
-from hil_emulator.identify.selection.scan import Score, surprise
+from hil_emulator.identify.selection.scan import Score, size_penalty
 
-LEAST_HELD_OUT = reached_by_chance(ONE_IN_TWENTY)
-"""Gain in chi-square on held-out data that one candidate hardly has by chance."""
+LEAST_HELD_OUT = chi2_threshold(SIGNIFICANCE)
+"""Gain in chi-square on held-out data that a candidate must exceed (5 % level)."""
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """For and against one candidate.
+    """Test statistics of one candidate.
 
     Attributes:
         delta_chi2: gain in chi-square of the joint refit on the training data.
-        wald: squared estimate over its variance, serial correlation counted.
-        held_out: gain in chi-square on the validation data; NaN without any.
-        needed: Wald statistic that is needed, see `needed_delta_chi2`.
-        variance_factor: factor by which correlation widens a variance, see `Clusters`.
+        wald: squared estimate over its cluster-robust variance.
+        held_out: gain in chi-square on the validation data; NaN without validation data.
+        needed: critical value, see `needed_delta_chi2`.
+        variance_factor: factor by which correlation increases a variance, see `Clusters`.
         size: estimate, in typical sizes.
-        serial_factor: the variance factor by time alone, as that of free terms is.
+        serial_factor: variance factor of the serial correlation alone, as used for free terms.
 
     """
 
@@ -45,47 +45,47 @@ class Evidence:
 
     @property
     def passed(self) -> bool:
-        """Whether a name is justified."""
+        """Whether the candidate passes all tests."""
         return not self.objections
 
     @property
     def objections(self) -> list[str]:
-        """What speaks against it, in words."""
-        found, least = [], self.needed + surprise(self.size)
+        """Tests that the candidate fails, in words."""
+        failed, least = [], self.needed + size_penalty(self.size)
         if self.wald <= least:
-            found.append(f"robust Wald statistic {self.wald:.1f} below {least:.1f}")
+            failed.append(f"robust Wald statistic {self.wald:.1f} below {least:.1f}")
         elif self.robust <= least:
-            found.append(f"robust gain in chi-square {self.robust:.1f} below {least:.1f}")
+            failed.append(f"robust gain in chi-square {self.robust:.1f} below {least:.1f}")
         if np.isfinite(self.held_out) and self.held_out <= LEAST_HELD_OUT:
-            found.append(f"held-out gain {self.held_out:.1f} below {LEAST_HELD_OUT:.1f}")
-        return found
+            failed.append(f"held-out gain {self.held_out:.1f} below {LEAST_HELD_OUT:.1f}")
+        return failed
 
     @property
-    def certain(self) -> bool:
-        """Whether it is no chance, whatever its size, and whatever held-out data say."""
+    def significant(self) -> bool:
+        """Whether it is significant on the training data, without a prior on its size."""
         return min(self.wald, self.robust) > self.needed
 
     @property
     def robust(self) -> float:
-        """Gain in chi-square of as many uncorrelated residuals as these are worth."""
+        """Gain in chi-square for the effective number of uncorrelated residuals."""
         return self.delta_chi2 / self.variance_factor
 
     @property
-    def beside_terms(self) -> float:
-        """The same by time alone, to be held against free terms."""
+    def serial_robust(self) -> float:
+        """Gain corrected for serial correlation only, for comparison with free terms."""
         return self.delta_chi2 / self.serial_factor
 
 
 @dataclass
 class Trial:
-    """One candidate, refitted.
+    """Joint refit of one candidate.
 
     Attributes:
-        score: from the scan.
-        fit: with the effect's knob last, and before it what else its law holds.
-        evidence: for and against it.
-        deviation: standard deviation of the knob's coordinate, serial correlation counted.
-        beside: the candidate beside which it was judged, see `Lookahead`; mostly "".
+        score: of the linear screening.
+        fit: with the shape parameters of the effect and, as the last coordinate, its knob.
+        evidence: its test statistics.
+        deviation: cluster-robust standard deviation of the knob's coordinate.
+        partner: candidate that was in the model during the test, see `PairSearch`; "" without.
 
     """
 
@@ -93,19 +93,18 @@ class Trial:
     fit: Fit
     evidence: Evidence
     deviation: float
-    beside: str = ""
+    partner: str = ""
 
     def slim(self) -> None:
-        """Forget the Jacobian of the fit: those of long recordings are large."""
+        """Delete the Jacobian of the fit, which is large for long recordings."""
         self.fit = replace(self.fit, jacobian=np.zeros((0, len(self.fit.at))))
 
 
 def ranked(trials: Sequence[Trial]) -> list[Trial]:
-    """Return the candidates in the order of what they explain.
+    """Return the candidates ordered by their gains, best first.
 
-    Where several explain the training data about equally well, held-out data decide: a law that
-    holds elsewhere beats one that bends to its data. Where several do that equally well, too, none
-    has bent, and all data count.
+    Held-out data order candidates whose training gains are nearly equal, so that an overfitted law
+    does not come first. `_tie_break` orders those that are equivalent on held-out data, too.
     """
     by_delta_chi2 = sorted(trials, key=lambda t: -t.evidence.delta_chi2)
     if not by_delta_chi2 or by_delta_chi2[0].evidence.delta_chi2 <= 0.0:
@@ -115,27 +114,27 @@ def ranked(trials: Sequence[Trial]) -> list[Trial]:
     if all(np.isfinite(t.evidence.held_out) for t in contenders):
         contenders.sort(key=lambda t: -t.evidence.held_out)
         first = contenders[0].evidence
-        equals = [t for t in contenders if _as_good(t, t.evidence.held_out, first.held_out)
-                  and _as_good(t, t.evidence.delta_chi2, first.delta_chi2)]  # fmt: skip
-        contenders = [*sorted(equals, key=_modesty), *(t for t in contenders if t not in equals)]
+        equals = [t for t in contenders if _equivalent(t, t.evidence.held_out, first.held_out)
+                  and _equivalent(t, t.evidence.delta_chi2, first.delta_chi2)]  # fmt: skip
+        contenders = [*sorted(equals, key=_tie_break), *(t for t in contenders if t not in equals)]
     return contenders + [t for t in by_delta_chi2 if t.evidence.delta_chi2 < level]
 
 
-def _as_good(trial: Trial, explained: float, best: float) -> bool:
-    """Tell whether a candidate explains about as much as the best.
+def _equivalent(trial: Trial, explained: float, best: float) -> bool:
+    """Return whether the gain of a candidate is about that of the best one.
 
-    Where the noise is estimated, few independent values decide, and two standard deviations of what
-    they gain by chance make no difference.
+    With estimated noise there are few independent values; two standard deviations of a chance gain
+    are then ignored.
     """
     chance = 2.0 * math.sqrt(max(best, 0.0)) if trial.fit.effective is not None else 0.0
     return explained >= min((1.0 - SMALL_PART) * best, best - chance)
 
 
-def _modesty(trial: Trial) -> tuple[int, bool, float]:
-    """Return what equals are ordered by: assumed parameters, the place, what they explain of all.
+def _tie_break(trial: Trial) -> tuple[int, bool, float]:
+    """Return the sort key of equivalent candidates: assumed shape parameters, place, total gain.
 
-    Where the noise is estimated, as on a bench of forces, effects of the machine come before errors
-    of the load cell, and held-out data are too few to be added.
+    With estimated noise, as for a balance of forces, effects of the machine come before errors of
+    the load cell, and the held-out gain, of few values, is not added.
     """
     explained = trial.evidence.delta_chi2
     if trial.fit.effective is None:
@@ -145,5 +144,5 @@ def _modesty(trial: Trial) -> tuple[int, bool, float]:
 
 
 def _assumed(coordinate: Coordinate) -> int:
-    """Return how many shape parameters of an effect are taken on trust."""
+    """Return the number of shape parameters of an effect."""
     return len(coordinate.effect.shape) if coordinate.effect else 0

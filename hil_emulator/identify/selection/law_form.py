@@ -1,10 +1,9 @@
-"""Whether what remains belongs to the law of an effect that was named already, or stands beside it.
+"""Test whether a residual is the lack of fit of a named law or a further effect.
 
-A leak that grows with the root of the pressure difference, named as one that grows with the
-pressure difference, leaves a residual in the same balance with the same regressor. The next entry
-of the catalogue that resembles this residual would be a wrong name; the right answer is that the
-law of the leak is another one. A further effect has to explain something that no free shape of that
-law could.
+A leak proportional to the root of the pressure difference, named as a laminar leak, leaves a
+residual in the same balance over the same regressor. A further effect of the catalogue would be a
+wrong name for it. A candidate is therefore accepted only if it explains something that no free
+shape of a named law explains.
 """
 
 from collections.abc import Collection, Sequence
@@ -26,31 +25,37 @@ from hil_emulator.identify.prediction.free_terms.term_matching import (
 )
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.evidence import Trial, ranked
-from hil_emulator.identify.selection.levels import GREATER_PART, INEXACT, NEARLY_ALL, SMALL_PART
+from hil_emulator.identify.selection.levels import (
+    GREATER_PART,
+    LAW_TOLERANCE,
+    NEARLY_ALL,
+    SMALL_PART,
+)
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score
 
-LEFT = 1e-4
-"""Part of its information that something must keep beside free terms to be told from them
-(assumed)."""
+LEAST_REMAINING = 1e-4
+"""Share of the information that must remain after free terms are projected out; below it a
+candidate is collinear with them (assumed)."""
 
-MOST_BESIDE = 2
-"""Most candidates that are refitted because they stand out beside a law."""
+MOST_UNTRIED = 2
+"""Largest number of candidates that are refitted because they are independent of named laws."""
 
 MOST_NEAREST = 2
-"""Most effects that are told as the nearest to something unknown."""
+"""Largest number of effects that are reported as nearest to an unexplained term."""
 
 
-def own_terms(
+def terms_of_laws(
     fit: Fit, effects: Collection[str], terms: Sequence[DiscrepancyTerm]
 ) -> dict[str, str]:  # fmt: skip
-    """Return, by term, the effect whose law lives there.
+    """Return, by term, the named effect whose law it may belong to.
 
-    In the balance of a law, a term over what the law looks at is a shape of it; any other term, if
-    it reproduces the greater part of what the effect does. Elsewhere it may only mimic one: it
-    explains no more than a term in the law's own balance. A term over time is of an effect of its
-    balance only: it is no shape of a law elsewhere, however much it resembles what friction does to
-    a sensor with a free zero.
+    | balance | regressor | condition |
+    | --- | --- | --- |
+    | of the effect | of its law | always |
+    | of the effect | other | reproduces most of the effect's sensitivity |
+    | other | other than time | as above, and gains no more than a term in the effect's balance |
+    | other | time | never |
 
     Args:
         fit: with the effects in it.
@@ -62,74 +67,76 @@ def own_terms(
 
     """
     indices = {c.name: i for i, c in enumerate(fit.coordinates) if c.name in effects}
-    at_home = {effect: max((t.statistic for t in terms if acts_in(fit.coordinates[i], t.balance)),
-                           default=0.0) for effect, i in indices.items()}  # fmt: skip
+    in_balance = {
+        effect: max((t.statistic for t in terms if acts_in(fit.coordinates[i], t.balance)),
+                    default=0.0) for effect, i in indices.items()
+    }  # fmt: skip
     owners: dict[str, tuple[float, str]] = {}
     for term in terms if indices else ():
         columns = term.columns.astype(np.float64)
         basis = directions(columns)
         for effect, i in indices.items():
-            there = acts_in(fit.coordinates[i], term.balance)
-            if there and not is_part(term, fit.coordinates[i]):
+            same_balance = acts_in(fit.coordinates[i], term.balance)
+            if same_balance and not is_part(term, fit.coordinates[i]):
                 continue
-            mimics = term.regressor != "time" and term.statistic <= at_home[effect]
-            if not there and not mimics:
+            may_mimic = term.regressor != "time" and term.statistic <= in_balance[effect]
+            if not same_balance and not may_mimic:
                 continue
             sensitivity = fit.jacobian[:, i]
             power = float(sensitivity @ sensitivity)
-            shown = basis.T @ (columns.T @ sensitivity)
-            share = float(shown @ shown) / power if power > 0.0 else 0.0
-            own = there and depends_on(fit.coordinates[i], term.regressor)
-            if share > max(0.0 if own else GREATER_PART, owners.get(term.title, (0.0, ""))[0]):
+            reproduced = basis.T @ (columns.T @ sensitivity)
+            share = float(reproduced @ reproduced) / power if power > 0.0 else 0.0
+            of_law = same_balance and depends_on(fit.coordinates[i], term.regressor)
+            if share > max(0.0 if of_law else GREATER_PART, owners.get(term.title, (0.0, ""))[0]):
                 owners[term.title] = (share, effect)
     return {title: effect for title, (_, effect) in owners.items()}
 
 
 def directions(columns: Array) -> Array:
-    """Return what makes columns orthonormal, without directions that they hardly have.
+    """Return the matrix W that makes columns @ W orthonormal, without nearly collinear directions.
 
-    Of a long recording the columns are large: they are not multiplied out.
+    The product itself is not computed, since the columns of a long recording are large.
     """
     normal = columns.T @ columns
     scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-24))
     values, vectors = np.linalg.eigh(normal * np.outer(scale, scale))
-    there = values > 1e-4 * values[-1]
-    return np.asarray(scale[:, None] * vectors[:, there] / np.sqrt(values[there]))
+    kept = values > 1e-4 * values[-1]
+    return np.asarray(scale[:, None] * vectors[:, kept] / np.sqrt(values[kept]))
 
 
 def nearest(term: DiscrepancyTerm, scores: Sequence[Score]) -> str:
-    """Return the candidate of the term's balance that resembles it, or "".
+    """Return the candidate of the term's balance that is most similar to the term, or "".
 
-    One whose law depends on the term's regressor comes before any other; those that explain nearly
-    as much, and depend on it as well, are named with it: "fixed_pump or variable_pump".
+    Candidates whose law depends on the term's regressor come first. If a second one of them
+    explains nearly as much, both are named: "fixed_pump or variable_pump".
 
     Args:
         term: the unexplained term.
         scores: of the candidates, best first.
 
     """
-    there = [s for s in scores if s.statistic > 0.0 and acts_in(s.coordinate, term.balance)]
-    there.sort(key=lambda s: not depends_on(s.coordinate, term.regressor))
-    alike = [s for s in there if s.statistic > NEARLY_ALL * there[0].statistic
-             and depends_on(s.coordinate, term.regressor)]  # fmt: skip
-    return " or ".join(s.coordinate.name for s in (alike or there)[:MOST_NEAREST])
+    similar = [s for s in scores if s.statistic > 0.0 and acts_in(s.coordinate, term.balance)]
+    similar.sort(key=lambda s: not depends_on(s.coordinate, term.regressor))
+    rivals = [s for s in similar if s.statistic > NEARLY_ALL * similar[0].statistic
+              and depends_on(s.coordinate, term.regressor)]  # fmt: skip
+    return " or ".join(s.coordinate.name for s in (rivals or similar)[:MOST_NEAREST])
 
 
 def displacing(effects: Sequence[Coordinate], fit: Fit) -> dict[str, str]:
-    """Return, by name, the effects in whose stage hardly any of a configured law is left, in words.
+    """Return, by name, effects that replace a configured law of their stage, with the reason.
 
-    Every machine has what it is configured with, more or less of it. A law that takes all of its
-    work is one of another form: friction with the square of speed is neither dry nor mixed.
+    A configured effect whose fitted size is nearly zero shows that the named law has the wrong
+    form: no machine lacks the dry friction that it is configured with.
     """
     return {
-        effect.name: f"hardly any of the configured {ordinary.name} is left beside it"
+        effect.name: f"with it, the fitted {ordinary.name} is nearly zero"
         for ordinary, at in zip(fit.coordinates, fit.at, strict=True)
-        if _hardly_left(ordinary, float(at))
+        if _nearly_absent(ordinary, float(at))
         for effect in effects if effect.stage == ordinary.stage
     }  # fmt: skip
 
 
-def _hardly_left(ordinary: Coordinate, at: float) -> bool:
+def _nearly_absent(ordinary: Coordinate, at: float) -> bool:
     if ordinary.effect is None or not ordinary.is_knob or not np.isfinite(ordinary.prior):
         return False
     off = ordinary.effect.off
@@ -137,167 +144,170 @@ def _hardly_left(ordinary: Coordinate, at: float) -> bool:
 
 
 class ConditionalTest:
-    """What something explains that no correction of given laws could.
+    """Gains in chi-square conditional on free shapes of given laws.
 
     Args:
-        laws: terms that are free to take any shape.
-        fit: without what is asked about.
+        laws: free terms that are projected out.
+        fit: without the candidates to be tested.
 
     """
 
     def __init__(self, laws: Sequence[DiscrepancyTerm], fit: Fit) -> None:
-        self._laws, self._project = list(laws), Projection(fit)
+        self._terms, self._project = list(laws), Projection(fit)
         self._columns = np.column_stack([self._project(c) for t in laws for c in t.columns.T])
         self._basis = directions(self._columns)
-        self._rest = self._basis.T @ (self._columns.T @ self._project.residual)
+        self._residual_in_laws = self._basis.T @ (self._columns.T @ self._project.residual)
 
     def candidate(self, score: Score) -> float:
-        """Return the gain in chi-square of a candidate of any size."""
-        own = score.column.astype(np.float64)
-        mine = self._basis.T @ (self._columns.T @ own)
-        information = float(own @ own - mine @ mine)
-        if information <= LEFT * score.information:
+        """Return the gain in chi-square of a candidate at its best size."""
+        column = score.column.astype(np.float64)
+        in_laws = self._basis.T @ (self._columns.T @ column)
+        information = float(column @ column - in_laws @ in_laws)
+        if information <= LEAST_REMAINING * score.information:
             return 0.0
-        return float(own @ self._project.residual - mine @ self._rest) ** 2 / information
+        gradient = float(column @ self._project.residual - in_laws @ self._residual_in_laws)
+        return gradient**2 / information
 
     def term(self, term: DiscrepancyTerm) -> float:
         """Return the gain in chi-square of a free term."""
         columns = np.column_stack([self._project(c) for c in term.columns.T])
-        mine = self._basis.T @ (self._columns.T @ columns)
-        values, vectors = np.linalg.eigh(columns.T @ columns - mine.T @ mine)
-        there = values > LEFT * float(np.max(np.sum(np.square(columns), axis=0)))
-        gradient = columns.T @ self._project.residual - mine.T @ self._rest
-        return float(np.sum((vectors[:, there].T @ gradient) ** 2 / values[there]))
+        in_laws = self._basis.T @ (self._columns.T @ columns)
+        values, vectors = np.linalg.eigh(columns.T @ columns - in_laws.T @ in_laws)
+        kept = values > LEAST_REMAINING * float(np.max(np.sum(np.square(columns), axis=0)))
+        gradient = columns.T @ self._project.residual - in_laws.T @ self._residual_in_laws
+        return float(np.sum((vectors[:, kept].T @ gradient) ** 2 / values[kept]))
 
-    def stands_out(self, score: Score, needed: float) -> bool:
-        """Tell whether a candidate keeps nearly all of its gain, and enough for a name."""
+    def keeps_its_gain(self, score: Score, needed: float) -> bool:
+        """Return whether the conditional gain is nearly the full gain, and significant."""
         return self.candidate(score) > max(needed, NEARLY_ALL * score.statistic)
 
-    def elsewhere(self, score: Score) -> bool:
-        """Tell whether a candidate acts in no law's balance, and explains beside them the same."""
-        if any(acts_in(score.coordinate, t.balance) for t in self._laws):
+    def independent(self, score: Score) -> bool:
+        """Return whether the candidate's balance has no named law and its gain hardly changes."""
+        if any(acts_in(score.coordinate, t.balance) for t in self._terms):
             return False
         gain = self.candidate(score)
         return NEARLY_ALL * max(gain, score.statistic) < min(gain, score.statistic)
 
-    def part_of_a_law(self, score: Score) -> bool:
-        """Tell whether a law explains far more than a candidate that acts where that law does."""
-        here = [t.certain for t in self._laws if acts_in(score.coordinate, t.balance)]
+    def explained_by_law(self, score: Score) -> bool:
+        """Return whether a law in the candidate's balance explains far more than the candidate."""
+        here = [t.excess for t in self._terms if acts_in(score.coordinate, t.balance)]
         return bool(here) and self.candidate(score) / GREATER_PART < max(here)
 
 
-def overshadowed(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
-    """Tell whether a free shape of a law in the model explains more than the best candidate.
+def own_law_explains_more(current: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
+    """Return whether a free shape of a named law explains more than the best candidate.
 
-    What a law leaves lasts, and little of a gain is certain beside it. Yet what gains more than any
-    shape of it, certain or not, is none of it.
+    Both the gain corrected for serial correlation and the plain gain must be smaller than that of
+    the shape: the residual of a misfitting law is strongly correlated, which reduces the first.
     """
-    sure = found.trials[0].evidence.beside_terms if found.trials else 0.0
+    robust = current.trials[0].evidence.serial_robust if current.trials else 0.0
     return any(
-        _of_one_sensor(found, t)
-        or (sure < NEARLY_ALL * t.robust and NEARLY_ALL * found.best < t.certain)
+        _of_same_sensor(current, t)
+        or (robust < NEARLY_ALL * t.robust and NEARLY_ALL * current.best < t.excess)
         for t in laws
     )
 
 
-def outshone(found: Round) -> bool:
-    """Tell whether a free term explains far more than the best candidate, chance set aside.
+def free_term_explains_more(current: Round) -> bool:
+    """Return whether a free term gains, beyond chance, far more than the best candidate.
 
-    That a sensor is off by more at one reading than at another speaks against the law of its error,
-    not against the sensor.
+    A calibration curve of the candidate's own sensor is excepted: it shows that the error has
+    another law, not that it is another effect.
     """
-    best = found.trials[0].score.coordinate if found.trials else None
-    return any(t.certain > found.best / GREATER_PART for t in found.worthwhile
+    best = current.trials[0].score.coordinate if current.trials else None
+    return any(t.excess > current.best / GREATER_PART for t in current.noticeable
                if best is None or not calibrates(t, best))  # fmt: skip
 
 
-def stands_beside(found: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
-    """Put the best one first that is justified beside given laws; tell whether it is named.
-
-    For that it has to explain, beside them, what any other free term does; in the balance of such a
-    law, what that does.
+def independent_of_named_laws(current: Round, laws: Sequence[DiscrepancyTerm]) -> bool:
+    """Move candidates that are independent of named laws to the front of the trials.
 
     Args:
-        found: a round.
-        laws: terms of it that are laws of effects in the model.
+        current: round with at least one such law.
+        laws: its terms that are shapes of named laws.
+
+    Returns:
+        Whether there is such a candidate and no free term explains far more, both conditional on
+        the named laws.
 
     """
-    beside = ConditionalTest(laws, found.base)
-    there = ranked(
+    test = ConditionalTest(laws, current.base)
+    independent = ranked(
         [
             t
-            for t in found.trials
+            for t in current.trials
             if t.evidence.passed
-            and beside.stands_out(t.score, found.needed * t.evidence.variance_factor)
-            and not beside.part_of_a_law(t.score)
+            and test.keeps_its_gain(t.score, current.needed * t.evidence.variance_factor)
+            and not test.explained_by_law(t.score)
         ]
     )
-    found.trials = there + [t for t in found.trials if t not in there]
-    if not there:
+    current.trials = independent + [t for t in current.trials if t not in independent]
+    if not independent:
         return False
-    most = beside.candidate(there[0].score) / GREATER_PART
-    return all(beside.term(t) - t.limit <= most for t in found.worthwhile if t not in laws)
+    most = test.candidate(independent[0].score) / GREATER_PART
+    return all(test.term(t) - t.limit <= most for t in current.noticeable if t not in laws)
 
 
-def others_beside(search: Search, found: Round) -> list[Score]:
-    """Return the candidates that nobody has refitted yet and that stand out beside given laws.
+def untried_independent(search: Search, current: Round) -> list[Score]:
+    """Return candidates without a refit that are significant conditional on the named laws.
 
-    A law that does not fit leaves what candidates at its place explain the most of; what acts
-    elsewhere is not among the likeliest then, however plain it is.
+    The residual of a misfitting law gives high scores to candidates in its balance. A significant
+    effect elsewhere may then be missing among the refitted candidates.
 
     Args:
         search: with the effects in the model.
-        found: a round of it, with the columns of its candidates.
+        current: its current round, with the columns of the candidates.
 
     Returns:
-        Those that gain the most beside the laws, the best first.
+        Scores with the largest conditional gains, best first.
 
     """
-    laws = _laws(search, found, _owners(search, found)) if search.effects else []
-    if found.excerpt is None or not overshadowed(found, laws):
+    laws = _laws(search, current, _owners(search, current)) if search.effects else []
+    if current.excerpt is None or not own_law_explains_more(current, laws):
         return []
-    there = [replace(t, columns=found.excerpt.columns(t.columns)) for t in laws]
-    beside = ConditionalTest(there, found.excerpt.fit)
-    tried = {t.score.coordinate.name for t in found.trials}
-    rest = [s for s in found.scores if s.coordinate.name not in tried]
-    gains = [(beside.candidate(s), s) for s in rest if beside.elsewhere(s)]
-    gains.sort(key=lambda told: -told[0])
-    return [s for gain, s in gains[:MOST_BESIDE] if gain > found.needed]
+    in_excerpt = [replace(t, columns=current.excerpt.columns(t.columns)) for t in laws]
+    test = ConditionalTest(in_excerpt, current.excerpt.fit)
+    tried = {t.score.coordinate.name for t in current.trials}
+    rest = [s for s in current.scores if s.coordinate.name not in tried]
+    gains = [(test.candidate(s), s) for s in rest if test.independent(s)]
+    gains.sort(key=lambda pair: -pair[0])
+    return [s for gain, s in gains[:MOST_UNTRIED] if gain > current.needed]
 
 
-def _of_one_sensor(found: Round, term: DiscrepancyTerm) -> bool:
-    """Tell whether the best candidate is another error of the sensor that a term is about."""
-    channel = found.trials[0].score.coordinate.channel if found.trials else ""
+def _of_same_sensor(current: Round, term: DiscrepancyTerm) -> bool:
+    """Return whether the best candidate is a further error of the sensor of a term."""
+    channel = current.trials[0].score.coordinate.channel if current.trials else ""
     return bool(channel) and channel == term.balance.channel
 
 
-def judge(search: Search, found: Round) -> None:
-    """Accept the best candidate of a round, or say that none is justified.
+def judge(search: Search, current: Round) -> None:
+    """Enter in a round whether its best candidate is accepted, and whether a term is unknown.
 
-    Where a free term explains far more, none is, nor where it explains no more than the law of an
-    earlier effect may leave, unless it is a sensor's error apart from that law. Where the law of an
-    effect in the model explains what remains better than any candidate does, only one that gains
-    beside a free shape of that law is accepted; what a sensor reads over anything counts as such a
-    shape of an error of it.
+    1. If a named law explains more than the best candidate, a candidate must be independent of it.
+    2. Otherwise the best candidate must pass its tests, and no free term may explain far more.
+    3. A gain that is within the tolerance of a named law is accepted only for a sensor error that
+       is independent of the named laws.
     """
-    owners = _owners(search, found)
-    own = _laws(search, found, owners)
-    if overshadowed(found, own) and not _beside_friction(found):
-        found.accepted = stands_beside(found, own)
+    owners = _owners(search, current)
+    laws = _laws(search, current, owners)
+    if own_law_explains_more(current, laws) and not _constant_force_suffices(current):
+        current.accepted = independent_of_named_laws(current, laws)
     else:
-        found.accepted = bool(found.trials) and found.trials[0].evidence.passed
-        found.accepted &= not outshone(found)
-    if found.accepted and found.best <= INEXACT * _named_for(search):
-        of_a_sensor = bool(found.trials[0].score.coordinate.channel)
-        found.accepted = of_a_sensor and _apart(found, own, found.trials[0])
-    found.unknown = not found.accepted and any(t.title not in owners for t in found.worthwhile)
+        current.accepted = bool(current.trials) and current.trials[0].evidence.passed
+        current.accepted &= not free_term_explains_more(current)
+    if current.accepted and current.best <= LAW_TOLERANCE * _largest_gain(search):
+        of_a_sensor = bool(current.trials[0].score.coordinate.channel)
+        current.accepted = of_a_sensor and _independent(current, laws, current.trials[0])
+    current.unknown = not current.accepted and any(
+        t.title not in owners for t in current.noticeable
+    )
 
 
-def _beside_friction(judged: Round) -> bool:
-    """Return whether a constant force explains nearly all that the best candidate of a bench does.
+def _constant_force_suffices(judged: Round) -> bool:
+    """Return whether a constant force explains nearly as much as the best candidate of a bench.
 
-    On a balance of forces, which alone estimates its noise, any shape over velocity holds a
-    constant. Friction acts against the motion, so that motion both ways separates the two.
+    Only for a balance of forces, which estimates its noise: there every shape over velocity
+    contains a constant, while friction, which opposes motion both ways, does not.
     """
     least = NEARLY_ALL * judged.best
     return judged.base.effective is not None and any(
@@ -305,26 +315,29 @@ def _beside_friction(judged: Round) -> bool:
     )
 
 
-def _apart(found: Round, laws: Sequence[DiscrepancyTerm], trial: Trial) -> bool:
-    """Tell whether a candidate has nothing to do with what laws in the model leave."""
-    return bool(laws) and ConditionalTest(laws, found.base).elsewhere(trial.score)
+def _independent(current: Round, laws: Sequence[DiscrepancyTerm], trial: Trial) -> bool:
+    """Return whether a candidate is independent of the lack of fit of named laws."""
+    return bool(laws) and ConditionalTest(laws, current.base).independent(trial.score)
 
 
-def _owners(search: Search, found: Round) -> dict[str, str]:
-    return own_terms(found.base, [c.name for c in search.effects], found.significant)
+def _owners(search: Search, current: Round) -> dict[str, str]:
+    return terms_of_laws(current.base, [c.name for c in search.effects], current.significant)
 
 
-def _laws(search: Search, found: Round, owners: Collection[str]) -> list[DiscrepancyTerm]:
-    """Return the terms of a round that are shapes of the laws of effects in the model."""
+def _laws(search: Search, current: Round, owners: Collection[str]) -> list[DiscrepancyTerm]:
+    """Return the terms of a round that are shapes of named laws.
+
+    For a sensor error, these include terms of its channel over any regressor but the reading.
+    """
     sensors = {c.channel for c in search.effects if c.channel}
-    return [t for t in found.significant
+    return [t for t in current.significant
             if t.title in owners or (t.balance.channel in sensors and not is_curve(t))]  # fmt: skip
 
 
-def _named_for(search: Search) -> float:
-    """Return the most that an effect in the model gained when it was named.
+def _largest_gain(search: Search) -> float:
+    """Return the largest gain of a named effect in its round; 0 if the noise is estimated.
 
-    Gains by a noise that is estimated in each round anew cannot be compared.
+    Gains for different noise estimates are not comparable.
     """
     return max((trials[0].evidence.delta_chi2 for trials in search.selections
                 if trials[0].fit.effective is None), default=0.0)  # fmt: skip

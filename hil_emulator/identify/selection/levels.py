@@ -1,62 +1,65 @@
-"""The numbers by which a search tells much from little, and one thing from another.
+"""Thresholds of the search: significance levels, shares of the chi-square, and their quantiles.
 
-Each is used wherever its question is asked: a share that counts as most of something is the same
-share for all. What only says how long is computed stands where it is used.
+All rules share these numbers. Limits of the computing effort are in the modules that use them.
 """
 
 import math
 from statistics import NormalDist
 
 FALSE_ALARM = 1e-3
-"""Probability that chance alone lets one of all candidates gain enough in a healthy machine: a
-level of significance, chosen. Against wrong ordinary parameters there are other tests."""
+"""Probability that noise makes any candidate significant in a healthy machine (chosen). Wrong
+ordinary parameters are covered by other tests."""
 
 GREATER_PART = 0.5
-"""Of what is explained, or of a squared cosine: who has more of it than all others together does
-the work, so that no other value could be meant. Upside down, what is far more: twice as much."""
+"""Share of a gain in chi-square, or squared cosine, above which one explanation outweighs all
+others together. Its reciprocal, 2, is the ratio from which one gain is far larger than another."""
 
 NEARLY_ALL = 0.75
-"""Part of what the best explains that makes another one a rival of it. Of 273 rounds of blind
-cases in which the true effect was refitted, it gained the most in 238, 0.80 or more of the best in
-24, 0.72 in one, and less than half in ten, where mostly another effect is missing as well."""
+"""Share of the best candidate's gain from which another candidate is its rival. In 273 rounds of
+blind cases the true effect, refitted, had the largest gain in 238, at least 0.80 of the best gain
+in 24, 0.72 in one, and less than 0.5 in ten, mostly where a second effect was missing."""
 
 SMALL_PART = 0.1
-"""What hardly counts beside the rest. Where a true law with fewer assumed shapes contended with one
-that has more, it gained 0.998 or more of what that did, in 18 rounds; a wrong law with fewer gained
-at most 0.80 of what the true one did, in five."""
+"""Negligible share. A true law with fewer assumed shape parameters than its rival gained at least
+0.998 of the rival's gain in 18 rounds; a wrong law with fewer gained at most 0.80 in five."""
 
-INEXACT = 0.015
-"""Part of what an effect explains that its law may leave, so that nothing can be told from less: 44
-machines with the catalogue's laws lacked up to 0.0144, wrongly named ones from 0.023 on."""
+LAW_TOLERANCE = 0.015
+"""Residual, as a share of the gain of an effect, that an approximate law may leave; a smaller one
+decides nothing. Correct laws left up to 0.0144 in 44 machines, wrong laws at least 0.023."""
 
 NOTICEABLE = 0.01
-"""Share of the innovations' variance, chance set aside, below which nothing is worth a word: ripple
-of friction and supply, which every machine has, is there and significant. It makes up to 0.8 % in
-22 healthy machines, and more than this in six of ten whose ripple is three times as large. A
-term of many hat functions follows it, and needs in proportion more."""
+"""Share of the innovations' variance, beyond chance, below which a term is not reported.
+
+Ripple of friction and supply is significant in every machine: up to 0.8 % in 22 healthy ones, and
+more than 1 % in six of ten with three times the usual ripple. For a term with more hat functions
+the limit is proportionally higher."""
 
 
-ONE_IN_TWENTY = 0.05
-"""Probability of what is still told without a name: a 95 % interval leaves as much."""
+SIGNIFICANCE = 0.05
+"""Significance level of reported intervals and of warnings about implausible parameters."""
 
 
-def reached_by_chance(alarm: float, candidates: int = 1) -> float:
-    """Return what any of some candidates gains in chi-square with a given probability.
+def chi2_threshold(alarm: float, candidates: int = 1) -> float:
+    """Return the critical value of a chi-square with one degree of freedom, Bonferroni corrected.
 
-    What one candidate gains by chance is a squared normal variable, and so is its Wald statistic
-    where the residuals are serially correlated; of many, each gets its part of the probability
-    (Bonferroni).
+    It holds for the gain in chi-square of a candidate without effect, and for its Wald statistic
+    if the residuals are serially correlated.
+
+    Args:
+        alarm: probability that any of the candidates exceeds the value by chance.
+        candidates: number of candidates that are tested.
+
     """
     return NormalDist().inv_cdf(1.0 - 0.5 * alarm / max(candidates, 1)) ** 2
 
 
 def needed_delta_chi2(candidates: int) -> float:
-    """Return what a name needs, the best of so many candidates: robust statistic, or plain gain."""
-    return reached_by_chance(FALSE_ALARM, candidates)
+    """Return the gain in chi-square that the best of some candidates must exceed to be named."""
+    return chi2_threshold(FALSE_ALARM, candidates)
 
 
-NORMAL_95 = math.sqrt(reached_by_chance(ONE_IN_TWENTY))
-"""Standard deviations to either end of a 95 % interval."""
+NORMAL_95 = math.sqrt(chi2_threshold(SIGNIFICANCE))
+"""Half width of a 95 % interval, in standard deviations."""
 
-TOLD_APART = reached_by_chance(FALSE_ALARM)
-"""Difference in chi-square of two given explanations that is hardly chance."""
+DISTINGUISHABLE = chi2_threshold(FALSE_ALARM)
+"""Difference in chi-square from which two given explanations are distinguishable."""

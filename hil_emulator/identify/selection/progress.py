@@ -1,4 +1,4 @@
-"""Where a search stands: its rounds, and the effects that are in the model."""
+"""State of a search: its rounds, and the effects in the model."""
 
 from dataclasses import dataclass, field, replace
 
@@ -7,7 +7,7 @@ import numpy as np
 from hil_emulator.identify.estimation.excerpt import Excerpt
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, leading
-from hil_emulator.identify.estimation.settled import Settled
+from hil_emulator.identify.estimation.reported_model import ReportedModel
 from hil_emulator.identify.measured.experiment import Array, Index
 from hil_emulator.identify.prediction.free_terms.free_shapes import HATS
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
@@ -16,10 +16,10 @@ from hil_emulator.identify.selection.levels import NOTICEABLE, needed_delta_chi2
 from hil_emulator.identify.selection.scan import Score
 
 MOST_SHOWN = 3
-"""Most terms that are shown of what is unknown."""
+"""Largest number of unexplained terms in a report."""
 
-StandIn = tuple[list[Coordinate], Array]
-"""What a rival brings along into a model, its knob last, and where that ends."""
+RivalStart = tuple[list[Coordinate], Array]
+"""Coordinates that a rival adds to a model, its knob last, and their starting values."""
 
 
 @dataclass
@@ -27,18 +27,20 @@ class Round:
     """One pass over the catalogue.
 
     Attributes:
-        base: the fit before it.
+        base: fit without any of the candidates.
         scores: of all candidates, best first.
-        trials: the likeliest, refitted, best first.
-        terms: nonparametric terms, the worthwhile ones first.
-        accepted: whether the first trial became part of the model.
-        unknown: whether something remains that no effect explains.
-        alike: effects that the data of the accepted one cannot tell from it, the nearest first.
-        separating: size at which the nearest of them would separate; None without any.
-        near: rivals that nearly explain as much in the finished model, the best first.
-        excerpt: where the candidates were scored, the trials' apart; None for all data.
-        rows: which residuals of all data the columns of its terms are kept of; None for all.
-        part: the fit before it by these residuals; None for all.
+        trials: joint refits of the likeliest candidates, best first.
+        terms: nonparametric terms, the noticeable ones first.
+        accepted: whether the effect of the first trial was added to the model.
+        unknown: whether a noticeable residual belongs to no effect.
+        indistinguishable: effects that these data do not separate from the accepted effect, the
+            nearest first.
+        separating_size: size of the accepted effect at which these data would separate it from
+            the nearest rival; None without a rival.
+        near_rivals: effects that explain nearly as much in the final model, the best first.
+        excerpt: data on which the candidates were scored; None for all training data.
+        rows: indices of the residuals for which the terms' columns are stored; None for all.
+        part: `base` at these residuals; None for all.
 
     """
 
@@ -48,27 +50,31 @@ class Round:
     terms: list[DiscrepancyTerm]
     accepted: bool = False
     unknown: bool = False
-    alike: list[str] = field(default_factory=list)
-    separating: float | None = None
-    near: dict[str, StandIn] = field(default_factory=dict)
+    indistinguishable: list[str] = field(default_factory=list)
+    separating_size: float | None = None
+    near_rivals: dict[str, RivalStart] = field(default_factory=dict)
     excerpt: Excerpt | None = None
     rows: Index | None = None
     part: Fit | None = None
 
     def slim(self) -> None:
-        """Forget the candidates' sensitivities: long recordings would fill the memory."""
+        """Delete the candidates' sensitivities, which are large for long recordings."""
         self.scores = [replace(s, column=np.zeros(0)) for s in self.scores]
         self.excerpt = None
         for trial in self.trials[1:] if self.accepted else self.trials:
             trial.slim()
         if not self.accepted:
-            told = {t.title for t in (*self.worthwhile, *self.strongest, *self._drawn)}
-            self.terms = [t if t.title in told else t.lean() for t in self.terms]
+            reported = {t.title for t in (*self.noticeable, *self.strongest, *self._plotted)}
+            self.terms = [t if t.title in reported else t.lean() for t in self.terms]
 
     def thin(self, kept: int) -> None:
-        """Forget the columns of all terms but the strongest of each balance.
+        """Delete the columns of all terms but the strongest of each balance.
 
-        Those of a long recording, and the base's, are large, and kept of the excerpt only.
+        The remaining columns and the base's Jacobian are stored for the excerpt only.
+
+        Args:
+            kept: number of terms of each balance whose columns are kept.
+
         """
         strongest = leading(self.terms, kept)
         for i, term in enumerate(self.terms):
@@ -82,51 +88,51 @@ class Round:
             self.base = replace(self.base, jacobian=np.zeros((0, len(self.base.at))))
 
     @property
-    def seen(self) -> Fit:
-        """The fit before it, by the residuals that the columns of its terms are kept of."""
+    def columns_fit(self) -> Fit:
+        """`base` at the residuals for which the terms' columns are stored."""
         return self.base if self.part is None else self.part
 
     @property
     def best(self) -> float:
-        """Gain of the first candidate."""
+        """Gain in chi-square of the first candidate; 0 without candidates."""
         return self.trials[0].evidence.delta_chi2 if self.trials else 0.0
 
     @property
     def needed(self) -> float:
-        """Gain in chi-square that a name needs among its candidates."""
+        """Gain in chi-square that the best of all candidates must exceed (Bonferroni)."""
         return needed_delta_chi2(len(self.scores))
 
     @property
     def significant(self) -> list[DiscrepancyTerm]:
-        """Terms that are hardly chance."""
+        """Statistically significant terms."""
         return [t for t in self.terms if t.significant]
 
     @property
-    def worthwhile(self) -> list[DiscrepancyTerm]:
-        """Terms that are neither chance nor too small for a word."""
+    def noticeable(self) -> list[DiscrepancyTerm]:
+        """Significant terms whose share of the variance is at least `NOTICEABLE`."""
         least = NOTICEABLE * self.base.sample_size
         return [t for t in self.significant if t.surplus > least * len(t.knots) / HATS]
 
     @property
-    def _drawn(self) -> list[DiscrepancyTerm]:
-        """What is drawn where nothing is worth a word: the first term that is no sensor's error."""
+    def _plotted(self) -> list[DiscrepancyTerm]:
+        """Term that is plotted if no term is noticeable: the first one of the machine."""
         return [t for t in self.terms if t.columns.size and not t.balance.channel][:1]
 
     @property
     def strongest(self) -> list[DiscrepancyTerm]:
-        """The first terms whose columns are known, if something unknown remains."""
-        known = [t for t in self.terms if t.significant and t.columns.size]
-        return known[:MOST_SHOWN] if self.unknown else []
+        """First significant terms with stored columns, if the residual is unexplained."""
+        stored = [t for t in self.terms if t.significant and t.columns.size]
+        return stored[:MOST_SHOWN] if self.unknown else []
 
 
 @dataclass(frozen=True)
 class Completion:
-    """A rival that completes a law.
+    """A rival of a named effect that explains a part of the remaining residual.
 
     Attributes:
-        named: the effect in the model.
-        rival: what nearly explained the same.
-        part: gain of the rival beside it, over its own.
+        named: effect in the model.
+        rival: effect that explained nearly as much when `named` was accepted.
+        part: gain in chi-square of adding the rival to the model, over the gain of `named`.
 
     """
 
@@ -135,29 +141,30 @@ class Completion:
     part: float
 
     def __str__(self) -> str:
-        """Say what speaks against the law."""
-        return f"{self.rival}, which nearly explains the same, explains {self.part:.0%} more"
+        """Return the reason why the law of `named` is not the catalogue's."""
+        return f"{self.rival}, which explains nearly the same, explains {self.part:.0%} more"
 
 
 @dataclass
 class Search:
-    """Where a search stands.
+    """State of a search.
 
     Attributes:
         nuisances: ordinary parameters.
-        shapes: what else the laws of the effects in the model hold.
+        shapes: shape parameters of the effects in the model.
         effects: knobs of the effects in the model.
-        at: coordinates of all of them, in this order.
-        rounds: so far.
-        forms: why the law of an effect in the model is another one than the catalogue's, by name.
-        lacks: what its law lacks, as a part of the chi-square that each effect makes, by name.
-        between: the rival that only completes the law of an effect in the model, by its name.
-        dropped: why an effect that was named is in the model no more, by name.
-        unexplained: terms that no effect explains, the strongest first.
-        nearest: the catalogued effect that what remains unexplained resembles most, or two of them
-            ("fixed_pump or variable_pump"), or "".
+        at: values of all these coordinates, in this order.
+        rounds: completed rounds.
+        law_mismatch: by effect in the model, the reason why its law is not the catalogue's.
+        lack_of_fit: by effect, chi-square that its law leaves unexplained over the chi-square that
+            the effect explains.
+        completions: by effect in the model, the rival that completes its law.
+        dropped: by effect that was named and removed, the reason.
+        unexplained: terms that belong to no effect, the strongest first.
+        nearest: the effect of the catalogue that is most similar to the unexplained residual, or
+            two of them ("fixed_pump or variable_pump"), or "".
         final: the last fit.
-        settled: the same as it is told; None as long as it is not finished.
+        reported_model: `final` with friction ripple integrated out; None during the search.
 
     """
 
@@ -166,68 +173,73 @@ class Search:
     effects: list[Coordinate] = field(default_factory=list)
     at: Array = field(default_factory=lambda: np.zeros(0))
     rounds: list[Round] = field(default_factory=list)
-    forms: dict[str, str] = field(default_factory=dict)
-    lacks: dict[str, float] = field(default_factory=dict)
-    between: dict[str, Completion] = field(default_factory=dict)
+    law_mismatch: dict[str, str] = field(default_factory=dict)
+    lack_of_fit: dict[str, float] = field(default_factory=dict)
+    completions: dict[str, Completion] = field(default_factory=dict)
     dropped: dict[str, str] = field(default_factory=dict)
     unexplained: list[DiscrepancyTerm] = field(default_factory=list)
     nearest: str = ""
     final: Fit | None = None
-    settled: Settled | None = None
+    reported_model: ReportedModel | None = None
 
     @property
     def ordinary(self) -> list[Coordinate]:
-        """What is fitted beside the effects."""
+        """Coordinates that are fitted together with the effects' knobs."""
         return [*self.nuisances, *self.shapes]
 
     @property
     def selections(self) -> list[list[Trial]]:
-        """The trials in which each effect in the model was named, itself first."""
+        """Trials of the rounds in which the effects in the model were named."""
         names = {c.name for c in self.effects}
         return [r.trials for r in self.rounds
                 if r.accepted and r.trials[0].score.coordinate.name in names]  # fmt: skip
 
     def selected_in(self, name: str) -> Round:
-        """Return the round in which an effect was named, the last one if it was more than once."""
+        """Return the last round in which an effect was named."""
         return next(r for r in reversed(self.rounds)
                     if r.accepted and r.trials[0].score.coordinate.name == name)  # fmt: skip
 
     @property
     def reported(self) -> Fit | None:
-        """The last fit, with the reported values."""
-        return self.final if self.settled is None else self.settled.fit
+        """Fit with the reported values."""
+        return self.final if self.reported_model is None else self.reported_model.fit
 
     @property
     def free(self) -> list[Coordinate]:
-        """Everything that is fitted."""
+        """All coordinates that are fitted."""
         return [*self.ordinary, *self.effects]
 
     def adopt(self, fit: Fit) -> None:
-        """Take over coordinates from a fit, whatever their order."""
-        found = {c.name: a for c, a in zip(fit.coordinates, fit.at, strict=True)}
-        self.at = np.array([found[c.name] for c in self.free])
+        """Copy the coordinates of a fit, matched by name."""
+        values = {c.name: a for c, a in zip(fit.coordinates, fit.at, strict=True)}
+        self.at = np.array([values[c.name] for c in self.free])
 
-    def settle(self, fit: Fit) -> Fit:
-        """Go on from a fit of everything, and return it."""
+    def continue_from(self, fit: Fit) -> Fit:
+        """Store a fit of all coordinates as the starting point, and return it."""
         self.final, self.at = fit, fit.at
         return fit
 
     def add(self, trial: Trial) -> None:
-        """Take an effect into the model."""
-        known = {c.name for c in self.free}
-        new = [c for c in trial.fit.coordinates[:-1] if c.name not in known]
-        self.shapes += new
+        """Add an effect to the model."""
+        present = {c.name for c in self.free}
+        self.shapes += [c for c in trial.fit.coordinates[:-1] if c.name not in present]
         self.effects.append(trial.fit.coordinates[-1])
         self.adopt(trial.fit)
 
     def without(self, name: str) -> list[Coordinate]:
-        """Return what is free without one effect."""
+        """Return the coordinates without those of one effect."""
         return [c for c in self.free if not c.belongs_to(name)]
 
     def remove(self, name: str, why: str) -> None:
-        """Take an effect out of the model, and keep in words why."""
+        """Remove an effect from the model.
+
+        Args:
+            name: of the effect.
+            why: reason in words.
+
+        """
         self.dropped[name] = why
-        self.settled = None
+        self.reported_model = None
         kept = {c.name for c in self.without(name)}
         values = dict(zip([c.name for c in self.free], self.at, strict=True))
         self.shapes = [c for c in self.shapes if c.name in kept]
@@ -236,5 +248,5 @@ class Search:
         if self.final is not None:
             gone = {c.name for c in self.final.coordinates} - kept
             self.final = self.final.without(gone)
-        self.forms.pop(name, None)
-        self.between.pop(name, None)
+        self.law_mismatch.pop(name, None)
+        self.completions.pop(name, None)

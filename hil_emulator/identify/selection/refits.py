@@ -1,10 +1,10 @@
-"""Joint refits of the likeliest candidates, alone and in pairs, and by less noise.
+"""Joint refits of the likeliest candidates, alone and in pairs, and with re-estimated noise.
 
-A friction that is larger one way and a pressure reading that is off act against each other: each
-alone explains little, both together nearly all; taking one at a time would begin with a third.
-Noise that is estimated from a residual holds all that the model does not explain, and beside it
-nothing is large: where a candidate leaves much less, a round is judged again by that, as the
-likelihood ratio of two models with a noise of their own (Seber and Lee 2003, section 4.1).
+Two effects that cancel each other explain little alone and nearly all of the residual together; a
+purely greedy search would begin with a third effect. Noise that is estimated from the residual
+includes missing effects. If a candidate leaves much less noise, its gain is therefore tested with
+the smaller noise (likelihood ratio of two models, each with its own noise variance; Seber and Lee
+2003, section 4.1).
 """
 
 import math
@@ -29,45 +29,45 @@ from hil_emulator.identify.selection.evidence import (
 )
 from hil_emulator.identify.selection.levels import GREATER_PART, NEARLY_ALL, SMALL_PART
 from hil_emulator.identify.selection.progress import Round
-from hil_emulator.identify.selection.scan import NOTHING, Pair, Score, score_of
+from hil_emulator.identify.selection.scan import NO_EFFECT, Pair, Score, score_of
 
 ITERATIONS_AT_ONCE = 5
-"""Iterations of a joint refit, before it is asked whether more are worth while."""
+"""Iterations of a joint refit between two tests of convergence."""
 
 MOST_CONTINUATIONS = 4
-"""Most times that it goes on."""
+"""Largest number of such blocks of iterations."""
 
 WORTHWHILE_PART = 0.01
-"""Part of the gain so far that these iterations must have added for it to go on (assumed)."""
+"""Share of the gain so far that a block must add for another block (assumed)."""
 
 LITTLE_PART = 1e-3
-"""Part of the gain so far that an iteration must add for another one (assumed)."""
+"""Share of the gain so far that an iteration must add for another iteration (assumed)."""
 
 PROMISING = 0.2
-"""Part of the best rough gain below which a candidate is not refitted to the end (assumed)."""
+"""Share of the best preliminary gain below which a refit is not continued (assumed)."""
 
 PARTNER_ITERATIONS = 3
-"""Iterations of a refit with one of a pair."""
+"""Iterations of a fit with one candidate of a pair."""
 
-WAYS = (1.0, 0.5)
-"""Parts of the way to where the linear model puts a pair, of which one has to lead there: of two
-that act against each other, the whole way may be far too long."""
+STEP_FRACTIONS = (1.0, 0.5)
+"""Fractions of the step to the linear joint estimate of a pair; one of them must improve the fit.
+The full step may be too long for effects that cancel each other."""
 
 NOISE_PASSES = 4
-"""Most refits, each by the noise that the last one has left."""
+"""Largest number of refits with re-estimated noise."""
 
 NOISE_ITERATIONS = 5
-"""Of each refit."""
+"""Iterations of each of these refits."""
 
 
 class CandidateRefits:
-    """Refits candidates together with everything that is in the model.
+    """Refits candidates together with all coordinates of the model.
 
     Args:
         fitter: with the training data frozen.
-        base: the fit without any of them.
+        base: fit without any of the candidates.
         held: frozen validation data, or None.
-        needed: gain in chi-square that a name needs.
+        needed: critical value of the gain in chi-square.
 
     """
 
@@ -76,34 +76,34 @@ class CandidateRefits:
         self._needed = needed
 
     @cached_property
-    def _left_before(self) -> float:
-        return self._left_of(self._base)
+    def _held_out_base(self) -> float:
+        return self._held_out_chi2(self._base)
 
-    def _left_of(self, fit: Fit) -> float:
-        """Return what a fit leaves of held-out data as a sum of squares, NaN without any."""
+    def _held_out_chi2(self, fit: Fit) -> float:
+        """Return the sum of squared residuals of the validation data; NaN without any."""
         if self._held is None:
             return math.nan
-        left = self._fitter.residual(fit.coordinates, fit.at, self._held)
-        return float(left @ left)
+        residual = self._fitter.residual(fit.coordinates, fit.at, self._held)
+        return float(residual @ residual)
 
     def refit(self, likely: Sequence[Score]) -> list[Trial]:
-        """Refit candidates, all roughly and the better ones to the end; the best comes first."""
-        fits = [self._rough(score).lean() for score in likely]
+        """Refit all candidates preliminarily and the promising ones to convergence; rank them."""
+        fits = [self._preliminary(score).lean() for score in likely]
         self._improve(fits, PROMISING, lambda i: self._complete(fits[i], likely[i].coordinate))
-        # further starts are worth while for those that rival the best
+        # a restart is worth its time only for rivals of the best candidate
         self._improve(fits, GREATER_PART, lambda i: self._pushed(fits[i]))
         fits.reverse()
-        return ranked([self.weighed(score, fits.pop()) for score in likely])
+        return ranked([self.evaluate(score, fits.pop()) for score in likely])
 
     def _improve(self, fits: list[Fit], part: float, better: Callable[[int], Fit]) -> None:
-        """Put a better fit in the place of each that gains at least this part of the best."""
+        """Replace each fit that has at least this share of the best gain by a better one."""
         deltas = [self._base.chi2 - fit.chi2 for fit in fits]
         level = max([self._needed, *(part * delta_chi2 for delta_chi2 in deltas)])
         for i, delta_chi2 in enumerate(deltas):
             if delta_chi2 > level:
                 fits[i] = better(i).lean()
 
-    def _rough(self, score: Score) -> Fit:
+    def _preliminary(self, score: Score) -> Fit:
         base = self._base
         free = [*base.coordinates, score.coordinate]
         if score.start is not None:
@@ -113,7 +113,7 @@ class CandidateRefits:
         return self._fitter.fit(free, at, 2, jacobian=jacobian)
 
     def _complete(self, fit: Fit, coordinate: Coordinate) -> Fit:
-        """Refit with all that the effect's law holds: what is usual need not be what is there."""
+        """Refit with the shape parameters of the effect's law as further coordinates."""
         fit = self._converged(fit)
         shapes = self._fitter.predictor.model.shapes(coordinate)
         if not shapes:
@@ -127,22 +127,22 @@ class CandidateRefits:
         return self._converged(Fit(free, at, fit.residual, jacobian, fit.chi2))
 
     def _pushed(self, fit: Fit) -> Fit:
-        """Push the candidate on; of long recordings an excerpt shows whether that leads on."""
+        """Restart from a displaced candidate; for long recordings only if an excerpt improves."""
         excerpt, last, enough = excerpt_of(self._fitter, fit), len(fit.at) - 1, self._enough(fit)
         if excerpt.rows is None:
             other = nudged(self._fitter, fit, last, enough)
             return fit if other is fit else self._converged(other)
-        seen, there = excerpt.fitter, excerpt.fit
-        unpushed = seen.fit(fit.coordinates, fit.at, ITERATIONS_AT_ONCE, there.jacobian, enough)
-        other = nudged(seen, unpushed, last, enough)
+        start = excerpt.fit.jacobian
+        unpushed = excerpt.fitter.fit(fit.coordinates, fit.at, ITERATIONS_AT_ONCE, start, enough)
+        other = nudged(excerpt.fitter, unpushed, last, enough)
         if unpushed.chi2 - other.chi2 < enough:
             return fit
-        begun = self._fitter.fit(fit.coordinates, other.at, 1, fit.jacobian, enough)
-        return min(fit, self._converged(begun), key=lambda f: f.chi2)
+        restarted = self._fitter.fit(fit.coordinates, other.at, 1, fit.jacobian, enough)
+        return min(fit, self._converged(restarted), key=lambda f: f.chi2)
 
     def _converged(self, fit: Fit) -> Fit:
         for _ in range(MOST_CONTINUATIONS):
-            if fit.settled:  # it would try the same steps once more
+            if fit.converged:
                 break
             before = fit.chi2
             fit = self._fitter.fit(
@@ -154,38 +154,46 @@ class CandidateRefits:
         return fit
 
     def _enough(self, fit: Fit) -> float:
-        """Return the gain in chi-square of an iteration below which it was the last one."""
+        """Return the gain in chi-square of an iteration below which the refit ends."""
         return max(LEAST_GAIN, LITTLE_PART * (self._base.chi2 - fit.chi2))
 
-    def weighed(self, score: Score, fit: Fit) -> Trial:
-        """Judge a candidate by a fit with its knob last."""
-        wald, deviation, factor, serial = self._certainty(score.coordinate.name, fit)
-        held_out = self._left_before - self._left_of(fit)
+    def evaluate(self, score: Score, fit: Fit) -> Trial:
+        """Return the trial of a candidate.
+
+        Args:
+            score: of the candidate.
+            fit: with the candidate's knob as the last coordinate.
+
+        """
+        wald, deviation, factor, serial = self._robust_statistics(score.coordinate.name, fit)
+        held_out = self._held_out_base - self._held_out_chi2(fit)
         delta_chi2 = self._base.chi2 - fit.chi2
         size = float(fit.at[-1])
         evidence = Evidence(delta_chi2, wald, held_out, self._needed, factor, size, serial)
         return Trial(score.lean(), fit, evidence, deviation)
 
-    def _certainty(self, name: str, fit: Fit) -> tuple[float, float, float, float]:
-        """Return Wald statistic and standard deviation of the knob, and its variance factors."""
+    def _robust_statistics(self, name: str, fit: Fit) -> tuple[float, float, float, float]:
+        """Return Wald statistic, standard deviation, variance factor and serial factor of a knob.
+
+        Shape parameters of the effect are fixed: they do not exist under the null hypothesis.
+        """
         last, clusters = len(fit.at) - 1, self._fitter.clusters
-        # an effect that is off has no shape: whether it is there does not hang on how it looks
         rest = [i for i, c in enumerate(fit.coordinates[:-1]) if not c.name.startswith(f"{name}.")]
         others = [fit.coordinates[i] for i in rest]
         jacobian = fit.jacobian[:, rest].astype(np.float64)
         project = Projection(Fit(others, fit.at[rest], fit.residual, jacobian, 0.0))
         fresh = self._fitter.column(fit.coordinates, fit.at, fit.residual, last)
-        shown, believed = np.split(project(fresh), [len(fit.residual)])
-        information = float(shown @ shown + believed @ believed)
-        if information <= NOTHING:  # what was gained, something else did
+        from_data, from_priors = np.split(project(fresh), [len(fit.residual)])
+        information = float(from_data @ from_data + from_priors @ from_priors)
+        if information <= NO_EFFECT:  # the gain is due to other coordinates
             return 0.0, math.inf, 1.0, 1.0
-        if believed @ believed < shown @ shown:
-            factor = clusters.variance_factor(shown, fit.residual)
-            variance = factor / float(shown @ shown)
-            serial = clusters.serial_factor(shown, fit.residual)
+        if from_priors @ from_priors < from_data @ from_data:
+            factor = clusters.variance_factor(from_data, fit.residual)
+            variance = factor / float(from_data @ from_data)
+            serial = clusters.serial_factor(from_data, fit.residual)
             return float(fit.at[-1] ** 2) / variance, math.sqrt(variance), factor, serial
-        # all but what is believed of an ordinary parameter could stand in its place: sensitivities
-        # that nearly cancel show no serial correlation, what the effect has changed does
+        # only priors separate the effect from ordinary parameters: the small rest of the
+        # sensitivity shows no serial correlation, but the change of the residual does
         changed = self._base.residual - fit.residual
         factor = clusters.variance_factor(changed, fit.residual)
         delta_chi2 = self._base.chi2 - fit.chi2
@@ -193,56 +201,58 @@ class CandidateRefits:
         return delta_chi2 / factor, deviation, factor, clusters.serial_factor(changed, fit.residual)
 
 
-class Lookahead:
-    """Tries pairs where one candidate at a time would go astray.
+class PairSearch:
+    """Search of pairs, for effects that explain little without each other.
 
     Args:
         fitter: with the training data frozen.
-        base: the fit without any candidate, where the scores were taken.
+        base: fit without any candidate, at which the scores were computed.
         held: frozen validation data, or None.
-        needed: gain in chi-square that a name needs.
+        needed: critical value of the gain in chi-square.
 
     """
 
     def __init__(self, fitter: Fitter, base: Fit, held: Batch | None, needed: float) -> None:
         self._fitter, self._base, self._held, self._needed = fitter, base, held, needed
 
-    def leader(self, pairs: Sequence[Pair], alone: float) -> Trial | None:
-        """Return the candidate to begin with, judged beside its partner; None without a pair.
+    def first_of_pair(self, pairs: Sequence[Pair], alone: float) -> Trial | None:
+        """Return the better candidate of the first accepted pair, or None.
+
+        Its evidence is that of adding it to a model with its partner.
 
         Args:
             pairs: the likeliest first, see `pairs_of`.
-            alone: what the best single candidate gains.
+            alone: gain in chi-square of the best single candidate.
 
         """
         for pair in pairs:
             if not self._holds(pair):
                 continue
             first, second = pair.scores
-            trials = [self._beside(first, second), self._beside(second, first)]
+            trials = [self._added_to(first, second), self._added_to(second, first)]
             deltas = [self._base.chi2 - t.fit.chi2 for t in trials]
             if all(t.evidence.passed for t in trials) and NEARLY_ALL * min(deltas) > alone:
                 best = max(trials, key=lambda t: t.evidence.delta_chi2)
-                return replace(best, fit=best.fit.without([best.beside]))
+                return replace(best, fit=best.fit.without([best.partner]))
         return None
 
     def _refits(self, model: Fit) -> CandidateRefits:
         return CandidateRefits(self._fitter, model, self._held, self._needed)
 
     def _holds(self, pair: Pair) -> bool:
-        """Tell whether the model gains most of what its linearisation promises of a pair."""
+        """Return whether the model gains most of what its linearisation predicts for a pair."""
         base = self._base
         free = [*base.coordinates, *(s.coordinate for s in pair.scores)]
-        moved = sum(x * s.response for x, s in zip(pair.sizes, pair.scores, strict=True))
-        for way in WAYS:
-            at = np.append(base.at + way * moved, way * np.array(pair.sizes))
-            most = base.chi2 - GREATER_PART * way * (2.0 - way) * pair.delta_chi2
+        response = sum(x * s.response for x, s in zip(pair.sizes, pair.scores, strict=True))
+        for step in STEP_FRACTIONS:
+            at = np.append(base.at + step * response, step * np.array(pair.sizes))
+            most = base.chi2 - GREATER_PART * step * (2.0 - step) * pair.delta_chi2
             if next(self._fitter.within(free, [at], most)) is not None:
                 return True
         return False
 
-    def _beside(self, first: Score, second: Score) -> Trial:
-        """Judge a candidate in a model that has another one already."""
+    def _added_to(self, first: Score, second: Score) -> Trial:
+        """Return the trial of the second candidate in a model with the first one."""
         at = np.append(self._base.at, 0.0)
         free = [*self._base.coordinates, first.coordinate]
         model = self._fitter.fit(free, at, PARTNER_ITERATIONS)
@@ -251,13 +261,16 @@ class Lookahead:
         )
         score = score_of(second.coordinate, sensitivity, Projection(model))
         trial = self._refits(model).refit([score])[0]
-        return replace(trial, score=second.lean(), beside=first.coordinate.name)
+        return replace(trial, score=second.lean(), partner=first.coordinate.name)
 
 
-def quietest(fitter: Fitter, base: Fit, scores: Sequence[Score]) -> Fit | None:
-    """Weigh the training data by the noise that the likeliest candidate leaves; return its fit.
+def reweigh_by_best(fitter: Fitter, base: Fit, scores: Sequence[Score]) -> Fit | None:
+    """Weight the training data with the noise that is left with the likeliest candidate.
 
-    None, and the weights stay as they are, where they know the noise or it would hardly differ.
+    Returns:
+        The fit with that candidate; None, with unchanged weights, if the noise is not estimated or
+        hardly becomes smaller.
+
     """
     before = fitter.batch.noise
     if before is None or not scores:
@@ -275,16 +288,17 @@ def quietest(fitter: Fitter, base: Fit, scores: Sequence[Score]) -> Fit | None:
 
 
 def held_out(fitter: Fitter, held: Batch, fit: Fit) -> Batch:
-    """Return held-out data weighed by the noise that a fit leaves there."""
+    """Return held-out data weighted with the noise that is left with a fit."""
     if held.noise is None:
         return held
     return held.sharing(held.noise.left(fitter.residual(fit.coordinates, fit.at, held)))
 
 
-def certain(found: Round) -> bool:
-    """Tell whether the best candidate of a round is named even as its noise is estimated with it.
+def significant_with_estimated_noise(current: Round) -> bool:
+    """Return whether the best candidate is significant if its model has a noise of its own.
 
-    Few independent values know a variance badly: the likelihood ratio grows by a logarithm only.
+    The likelihood ratio with two estimated variances is n log(1 + gain / n), which matters for a
+    small number n of independent values.
     """
-    size = found.base.sample_size
-    return size * math.log1p(found.best / size) > found.needed
+    size = current.base.sample_size
+    return size * math.log1p(current.best / size) > current.needed

@@ -1,4 +1,4 @@
-"""Score every candidate and every pair, with what ordinary parameters could explain taken out."""
+"""Score tests of single candidates and pairs, with the ordinary parameters projected out."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -13,36 +13,37 @@ from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
-from hil_emulator.identify.selection.levels import NEARLY_ALL, SMALL_PART, TOLD_APART
+from hil_emulator.identify.selection.levels import DISTINGUISHABLE, NEARLY_ALL, SMALL_PART
 
-NOTHING = 1e-9
-"""Gain in chi-square at its typical size up to which an effect does nothing: rounding."""
+NO_EFFECT = 1e-9
+"""Information (gain in chi-square at typical size) up to which an effect is rounding error."""
 
-NEXT_TO_NOTHING = 0.1
-"""Part of what the best candidate explains below which a sensor is looked at roughly (assumed)."""
+LEAST_COARSE_PART = 0.1
+"""Share of the best candidate's gain below which a sensor error keeps its approximate sensitivity
+(assumed)."""
 
 ROWS_AT_ONCE = 4096
-"""Rows of the candidates' columns whose products are added up at once."""
+"""Rows of the candidates' columns per matrix product; limits the memory."""
 
 MOST_PAIRS = 4
-"""Most pairs that are tried in the model."""
+"""Largest number of pairs that are refitted."""
 
 
 @dataclass(frozen=True)
 class Score:
-    """What the linearised data say about one candidate.
+    """Score test of one candidate in the linearised model.
 
     Attributes:
         coordinate: the candidate.
-        statistic: gain in chi-square that the linear model expects.
-        estimate: its linear estimate, in typical sizes.
-        information: squared norm of its projected column: the gain of the effect at typical size.
-        column: derivative of the residual, ordinary parameters projected out; empty once forgotten.
-        sensitivity: the same, nothing projected out; empty in a lean score.
-        response: change of the ordinary parameters with the candidate.
-        start: where a refit begins; None for where the linear model puts it.
-        remaining: part of the variance that the candidate leaves, where the noise is estimated with
-            it in there: a gap that it closes does not hide it.
+        statistic: expected gain in chi-square.
+        estimate: linear estimate, in typical sizes.
+        information: squared norm of `column`: gain in chi-square of the effect at typical size.
+        column: sensitivity with the ordinary parameters projected out; empty after `Round.slim`.
+        sensitivity: derivative of the residual with respect to the candidate; empty if lean.
+        response: derivative of the ordinary parameters' estimates with respect to the candidate.
+        start: starting point of a refit; None for the linear estimate.
+        remaining: share of the residual variance that is left with the candidate in the model, if
+            the noise is estimated; otherwise 1.
 
     """
 
@@ -58,25 +59,24 @@ class Score:
 
     @property
     def visible(self) -> bool:
-        """Whether these data would show the effect at its typical size."""
-        return self.information > TOLD_APART * self.remaining
+        """Whether the effect at its typical size would be significant in these data."""
+        return self.information > DISTINGUISHABLE * self.remaining
 
     @property
     def flat(self) -> bool:
-        """Whether a limit that is far away does nothing: it has to come nearer to be seen."""
-        return self.coordinate.inverse and self.information <= NOTHING
+        """Whether the candidate is an inactive limit, whose sensitivity is zero."""
+        return self.coordinate.inverse and self.information <= NO_EFFECT
 
     def lean(self) -> "Score":
-        """Return the score without its sensitivity: long recordings would fill the memory."""
+        """Return the score without its sensitivity, which is large for long recordings."""
         return replace(self, sensitivity=np.zeros(0))
 
 
-def surprise(size: float) -> float:
-    """Return how much less probable a size is than none, as a chi-square: -2 log p(size)/p(0).
+def size_penalty(size: float) -> float:
+    """Return -2 log p(size)/p(0) for a Cauchy prior on the size.
 
-    Of its size nothing is known but what is typical: a Cauchy law of that width, whose tails hold
-    what is ten or a hundred times as large, if the data say so plainly (Gelman et al. 2008, Annals
-    of Applied Statistics 2, 1360-1383).
+    The heavy tails allow sizes of 10 or 100 times the typical one if the data require them (Gelman
+    et al. 2008, Annals of Applied Statistics 2, 1360-1383).
 
     Args:
         size: in typical sizes.
@@ -88,34 +88,34 @@ def surprise(size: float) -> float:
 def scan(fitter: Fitter, fit: Fit, candidates: Sequence[Coordinate]) -> list[Score]:
     """Return the candidates' scores, best first.
 
-    Sensors are first looked at roughly. What explains next to nothing of what the best does is no
-    likely candidate, and cannot be mistaken for one; the others are predicted.
+    Approximate sensitivities of sensor errors are cheap. They are replaced by exact ones only for
+    candidates that explain at least `LEAST_COARSE_PART` of what the best one explains.
     """
     project = Projection(fit)
     at, last = np.append(fit.at, 0.0), len(fit.at)
 
-    def scored(some: Sequence[Coordinate], roughly: bool) -> dict[str, Score]:
+    def scored(some: Sequence[Coordinate], approximate: bool) -> dict[str, Score]:
         wanted = [Derivative([*fit.coordinates, c], at, last) for c in some]
-        columns = fitter.columns(wanted, fit.residual, roughly)
+        columns = fitter.columns(wanted, fit.residual, approximate)
         return {c.name: score_of(c, column.astype(np.float32), project)
                 for c, column in zip(some, columns, strict=True)}  # fmt: skip
 
-    scores = scored(candidates, roughly=True)
-    least = max((NEXT_TO_NOTHING * s.statistic for s in scores.values()), default=0.0)
+    scores = scored(candidates, approximate=True)
+    least = max((LEAST_COARSE_PART * s.statistic for s in scores.values()), default=0.0)
     likely = [c for c in candidates if c.channel and scores[c.name].statistic > least]
-    scores |= scored(likely, roughly=False)
+    scores |= scored(likely, approximate=False)
     return sorted(scores.values(), key=lambda s: -s.statistic)
 
 
 def score_of(candidate: Coordinate, sensitivity: Array, project: Projection) -> Score:
-    """Return the score of a candidate by its sensitivity, or by a secant."""
+    """Return the score of a candidate from its sensitivity or from a secant to some size."""
     response = project.response(sensitivity)
     column = project(sensitivity, response)
     information = float(column @ column)
     gradient = float(column @ project.residual)
     low, high = candidate.bounds
     estimate = 0.0
-    if information > NOTHING:
+    if information > NO_EFFECT:
         estimate = float(np.clip(-gradient / information, low, high))
     expected = -2.0 * estimate * gradient - estimate**2 * information
     power = float(project.residual @ project.residual)
@@ -132,13 +132,13 @@ def score_of(candidate: Coordinate, sensitivity: Array, project: Projection) -> 
     )
 
 
-def anew(fitter: Fitter, fit: Fit, score: Score) -> Score:
-    """Return a score with the columns of other data, for the same start.
+def rescored(fitter: Fitter, fit: Fit, score: Score) -> Score:
+    """Return a score whose columns hold all data of a fitter; the starting point stays.
 
     Args:
-        fitter: with those data frozen.
-        fit: as it is seen there.
-        score: of an excerpt of them, or lean; of all of them it is returned as it is.
+        fitter: with the data frozen.
+        fit: of these data.
+        score: from an excerpt of the data, or lean. A score of all data is returned unchanged.
 
     """
     if len(score.sensitivity) == len(fit.residual):
@@ -153,12 +153,12 @@ def anew(fitter: Fitter, fit: Fit, score: Score) -> Score:
 
 @dataclass(frozen=True)
 class Pair:
-    """Two candidates, and what the linear model expects of both.
+    """Two candidates in one linear model.
 
     Attributes:
-        scores: of each by itself.
-        sizes: of each beside the other, in typical sizes.
-        delta_chi2: in chi-square, of both.
+        scores: of each candidate alone.
+        sizes: joint estimates, in typical sizes.
+        delta_chi2: expected gain in chi-square of both together.
 
     """
 
@@ -168,11 +168,11 @@ class Pair:
 
 
 def pairs_of(scores: Sequence[Score], fit: Fit) -> list[Pair]:
-    """Return pairs that explain clearly more than the best candidate with any partner.
+    """Return pairs that explain clearly more than any pair with the best single candidate.
 
     Args:
         scores: of all candidates.
-        fit: where they were taken.
+        fit: at which they were computed.
 
     """
     able = [s for s in scores if s.visible]
@@ -180,7 +180,7 @@ def pairs_of(scores: Sequence[Score], fit: Fit) -> list[Pair]:
         return []
     residual = Projection(fit).residual
     normal, gradient = np.zeros((len(able), len(able))), np.zeros(len(able))
-    # some rows at a time: all columns of a long recording once more would be large
+    # block by block: a copy of all columns of a long recording would be large
     for first in range(0, len(residual), ROWS_AT_ONCE):
         rows = slice(first, first + ROWS_AT_ONCE)
         columns = np.stack([s.column[rows] for s in able])
@@ -192,25 +192,28 @@ def pairs_of(scores: Sequence[Score], fit: Fit) -> list[Pair]:
     deltas = np.where(inside & inside.T, deltas, 0.0)
     best = max(range(len(able)), key=lambda i: able[i].statistic)
     least = max(float(np.max(deltas[best])), able[best].statistic) / NEARLY_ALL
-    found = _above(deltas, least)
+    pairs = islice(_above(deltas, least), MOST_PAIRS)
     return [Pair((able[i], able[j]), (float(sizes[i, j]), float(sizes[j, i])), float(deltas[i, j]))
-            for i, j in islice(found, MOST_PAIRS)]  # fmt: skip
+            for i, j in pairs]  # fmt: skip
 
 
 def _jointly(normal: Array, gradient: Array) -> tuple[Array, Array]:
-    """Return the size of each candidate beside each other one, and what both gain."""
+    """Return the estimate of each candidate in a model with each other one, and the joint gains.
+
+    Nearly collinear pairs get zero.
+    """
     power = np.diag(normal)
-    room = np.outer(power, power) - normal**2
-    apart = room > SMALL_PART * np.outer(power, power)
+    determinant = np.outer(power, power) - normal**2
+    independent = determinant > SMALL_PART * np.outer(power, power)
     sizes = np.where(
-        apart, gradient[:, None] * power - normal * gradient, 0.0
-    ) / np.where(apart, room, 1.0)  # fmt: skip
+        independent, gradient[:, None] * power - normal * gradient, 0.0
+    ) / np.where(independent, determinant, 1.0)  # fmt: skip
     parts = sizes * gradient[:, None]
     return sizes, parts + parts.T
 
 
 def _above(deltas: Array, least: float) -> Iterator[tuple[int, int]]:
-    """Yield the pairs that gain more than the least, the best first."""
+    """Yield the pairs whose gain exceeds a limit, best first."""
     upper = np.triu(deltas, 1)
     for flat in np.argsort(-upper, axis=None):
         i, j = np.unravel_index(flat, upper.shape)

@@ -1,4 +1,4 @@
-"""Greedy search with joint refits, an acceptance test before every name, and re-examination."""
+"""Greedy forward selection of effects with joint refits, acceptance tests and backward steps."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -13,61 +13,61 @@ from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, score_t
 from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.estimation.projection import Projection
-from hil_emulator.identify.estimation.settled import settled
+from hil_emulator.identify.estimation.reported_model import report_model
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.observer.predictor import Predictor
 from hil_emulator.identify.prediction.parallel.pool import Batch, Pool
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.certainty import (
-    apart,
-    faint,
-    hardly_likelier,
-    not_by_chance,
-    re_examine,
+    drop_superfluous,
+    heterogeneous_estimates,
+    highly_implausible_parameters,
+    negligible_likelihood_gain,
+    weak_effects,
 )
 from hil_emulator.identify.selection.discrepancies import Discrepancies
 from hil_emulator.identify.selection.evidence import Trial
-from hil_emulator.identify.selection.law_between import between, left_in_place
 from hil_emulator.identify.selection.law_form import (
     displacing,
     judge,
     nearest,
-    others_beside,
+    untried_independent,
 )
-from hil_emulator.identify.selection.levels import INEXACT, needed_delta_chi2
+from hil_emulator.identify.selection.levels import LAW_TOLERANCE, needed_delta_chi2
+from hil_emulator.identify.selection.mixed_law import mixed_laws, rejected_in_place
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.refits import (
     CandidateRefits,
-    Lookahead,
-    certain,
+    PairSearch,
     held_out,
-    quietest,
+    reweigh_by_best,
+    significant_with_estimated_noise,
 )
 from hil_emulator.identify.selection.rivals import rivals_of
-from hil_emulator.identify.selection.scan import Score, anew, pairs_of, scan
-from hil_emulator.identify.selection.starts import Confirmation, as_configured
+from hil_emulator.identify.selection.scan import Score, pairs_of, rescored, scan
+from hil_emulator.identify.selection.starts import NonlinearCheck, as_configured
 
 REFITTED = 4
-"""Candidates that are refitted together with everything else."""
+"""Number of candidates of a round that are refitted jointly with the model."""
 
 MOST_EFFECTS = 5
-"""Most effects that are looked for."""
+"""Largest number of effects that are named."""
 
-AGAIN = 5
-"""Iterations of a fit that begins at one by another noise."""
+REWEIGHTED_ITERATIONS = 5
+"""Iterations of a fit after the noise was estimated again."""
 
 BETTER_BASES = 3
-"""Most times that a round is repeated from a better fit without any candidate."""
+"""Largest number of repetitions of a round from a better fit without candidates."""
 
-RETURNS = 3
-"""Iterations of a fit that goes on without the effect that led there."""
+RETURN_ITERATIONS = 3
+"""Iterations of a fit after a candidate was removed from it again."""
 
 KEPT_TERMS = 2
-"""Terms of each balance whose columns are kept of the first round, for the account of the gap."""
+"""Terms per balance whose columns the first round keeps, for maps of the disagreement."""
 
 
 class Searcher:
-    """Runs a search.
+    """Search of missing effects.
 
     Args:
         predictor: computes innovations.
@@ -75,8 +75,8 @@ class Searcher:
         validation: experiments for the acceptance test.
         candidates: effects that may be named.
         nuisances: ordinary parameters.
-        pool: where experiments are predicted; without one, in this thread.
-        tell: takes progress in words.
+        pool: predicts the experiments; None for this thread.
+        report: receives progress as text.
 
     """
 
@@ -84,18 +84,18 @@ class Searcher:
         self, predictor: Predictor, training: Sequence[Experiment],
         validation: Sequence[Experiment], candidates: Sequence[Coordinate],
         nuisances: Sequence[Coordinate], pool: Pool | None = None,
-        tell: Callable[[str], None] = lambda _: None,
+        report: Callable[[str], None] = lambda _: None,
     ) -> None:  # fmt: skip
         self.predictor = predictor
         self.fitter = Fitter(predictor, training, pool)
         self.validation = list(validation)
         self.candidates = list(candidates)
         self.nuisances = list(nuisances)
-        self.tell = tell
+        self.report = report
         self._search = Search(self.nuisances)
 
     def stopped(self) -> Search:
-        """Return a search that was interrupted, with the effects that were accepted and fitted."""
+        """Return the state of an interrupted search, with a fit of all accepted effects."""
         search = self._search
         fitted = [c.name for c in search.final.coordinates] if search.final else []
         if search.rounds and any(c.name not in fitted for c in search.free):
@@ -109,161 +109,175 @@ class Searcher:
         return search
 
     def run(self) -> Search:
-        """Search until nothing more is justified."""
+        """Search until no further effect is accepted."""
         search = self._begin()
         while True:
-            self.tell(f"refitting {len(search.free)} parameters")
+            self.report(f"refitting {len(search.free)} parameters")
             base = self._converged(search)
-            if search.effects and hardly_likelier(search, base):
+            if search.effects and negligible_likelihood_gain(search, base):
                 name = search.effects[-1].name
-                why = "named, but the data are hardly more likely with it"
+                why = "named, but the likelihood is hardly larger with it"
                 self._take_out(search, name, why, search.rounds[-1].base)
                 break
-            found = self._judged_from(search, base)
-            search.rounds.append(found)
-            judge(search, found)
+            current = self._evaluate_round(search, base)
+            search.rounds.append(current)
+            judge(search, current)
             for _ in range(BETTER_BASES):
-                better = self._led_to_better(search, found)
+                better = self._better_base(search, current)
                 if better is None:
                     break
-                search.rounds[-1] = self._judged_from(search, better)
-                found = search.rounds[-1]
-                judge(search, found)
-            if not found.accepted:
-                self._beside_laws(search, found)
-            found = self._in_less_noise(search, found)
-            if found.accepted:
-                self._accept(search, found)
-            found.slim()
-            if not found.accepted:
+                search.rounds[-1] = self._evaluate_round(search, better)
+                current = search.rounds[-1]
+                judge(search, current)
+            if not current.accepted:
+                self._refit_independent(search, current)
+            current = self._with_reestimated_noise(search, current)
+            if current.accepted:
+                self._accept(search, current)
+            current.slim()
+            if not current.accepted:
                 break
-            re_examine(self.fitter, search, self.tell)
+            drop_superfluous(self.fitter, search, self.report)
         self._conclude(search)
         return search
 
-    def _accept(self, search: Search, found: Round) -> None:
-        """Take the best candidate of a round into the model."""
-        named = found.trials[0]
-        found.alike, found.separating = rivals_of(
-            named, found.scores, found.trials, self.fitter.clusters, found.excerpt
+    def _accept(self, search: Search, current: Round) -> None:
+        """Add the best candidate of a round to the model."""
+        named = current.trials[0]
+        current.indistinguishable, current.separating_size = rivals_of(
+            named, current.scores, current.trials, self.fitter.clusters, current.excerpt
         )
         search.add(named)
-        found.thin(KEPT_TERMS if found is search.rounds[0] else 0)
+        current.thin(KEPT_TERMS if current is search.rounds[0] else 0)
 
     def look(self) -> Search:
-        """Look for terms alone: no effect is screened, and none accepted."""
+        """Score free terms only, without any effect of the catalogue."""
         search = self._begin()
-        self.tell(f"refitting {len(search.free)} parameters")
+        self.report(f"refitting {len(search.free)} parameters")
         base = self._converged(search)
-        self.tell("looking for balances that disagree")
-        found = Round(base, [], [], self._terms(base))
-        search.rounds.append(found)
-        # by the measure by which a search ends, so that both give one answer
-        beside = Discrepancies(self.fitter, base, [], None) if found.worthwhile else None
-        found.unknown = beside is not None and bool(beside.unknown())
-        search.unexplained = found.strongest
+        self.report("scoring the balances")
+        current = Round(base, [], [], self._terms(base))
+        search.rounds.append(current)
+        # the same criterion as at the end of a search
+        terms = Discrepancies(self.fitter, base, [], None) if current.noticeable else None
+        current.unknown = terms is not None and bool(terms.unknown())
+        search.unexplained = current.strongest
         return search
 
     def _begin(self) -> Search:
-        self.tell("choosing where the fit begins")
+        self.report("choosing starting values")
         self._search = Search(self.nuisances)
         self._search.at = np.zeros(len(self.nuisances))
         start = coarse_start(self.fitter, self.nuisances)
         if start.any():
             fits = [converge(self.fitter, self.nuisances, at) for at in (self._search.at, start)]
-            self._search.settle(min(fits, key=lambda fit: fit.deviance))
+            self._search.continue_from(min(fits, key=lambda fit: fit.deviance))
         return self._search
 
     def _converged(self, search: Search, passes: int = 8) -> Fit:
-        """Refit everything in the model, and go on from there."""
+        """Refit all coordinates of the model and store them."""
         fitter, last = self.fitter, search.final
-        return search.settle(converge(fitter, search.free, search.at, search.effects, passes, last))
+        return search.continue_from(
+            converge(fitter, search.free, search.at, search.effects, passes, last)
+        )
 
-    def _led_to_better(self, search: Search, found: Round) -> Fit | None:
-        """Return a better fit without any candidate, if the best fit with one has led there.
+    def _better_base(self, search: Search, current: Round) -> Fit | None:
+        """Return a better fit of the model without candidates, if there is one near the best trial.
 
-        What ordinary parameters explain elsewhere is no gain of an effect that moved them there.
+        A better local minimum of the ordinary parameters must not count as a gain of the candidate
+        whose refit led to it.
         """
-        ended = min((t.fit for t in found.trials), key=lambda fit: fit.chi2, default=found.base)
-        if found.base.chi2 - ended.chi2 < found.needed:
+        best = min((t.fit for t in current.trials), key=lambda fit: fit.chi2, default=current.base)
+        if current.base.chi2 - best.chi2 < current.needed:
             return None
-        ordinary = {c.name for c in found.base.coordinates}
-        start = ended.without([c.name for c in ended.coordinates if c.name not in ordinary])
-        fit = self.fitter.fit(start.coordinates, start.at, RETURNS, jacobian=start.jacobian)
-        if found.base.chi2 - fit.chi2 < found.needed:
+        ordinary = {c.name for c in current.base.coordinates}
+        start = best.without([c.name for c in best.coordinates if c.name not in ordinary])
+        fit = self.fitter.fit(
+            start.coordinates, start.at, RETURN_ITERATIONS, jacobian=start.jacobian
+        )
+        if current.base.chi2 - fit.chi2 < current.needed:
             return None
         search.adopt(fit)
         base = self._converged(search)
-        if np.isnan(base.deviance) or base.deviance < found.base.deviance:
+        if np.isnan(base.deviance) or base.deviance < current.base.deviance:
             return base
-        if found.base.frozen is not None:
-            self.fitter.freeze(found.base.coordinates, found.base.frozen)
-        search.settle(found.base)
+        if current.base.frozen is not None:
+            self.fitter.freeze(current.base.coordinates, current.base.frozen)
+        search.continue_from(current.base)
         return None
 
-    def _beside_laws(self, search: Search, found: Round) -> None:
-        """Refit what stands out beside a law that does not fit, and judge the round with it."""
-        likely = others_beside(search, found)
+    def _refit_independent(self, search: Search, current: Round) -> None:
+        """Refit candidates that are independent of named laws, and judge the round again."""
+        likely = untried_independent(search, current)
         if not likely:
             return
-        self.tell(f"refitting {len(likely)} effects beside a law that does not fit")
-        base = found.base
-        refits = CandidateRefits(self.fitter, base, self._held_out(base), found.needed)
-        found.trials += refits.refit([anew(self.fitter, base, s) for s in likely])
-        judge(search, found)
+        self.report(f"refitting {len(likely)} effects that are independent of named ones")
+        base = current.base
+        refits = CandidateRefits(self.fitter, base, self._held_out(base), current.needed)
+        current.trials += refits.refit([rescored(self.fitter, base, s) for s in likely])
+        judge(search, current)
 
-    def _judged_from(self, search: Search, base: Fit, best: Fit | None = None) -> Round:
-        """Return what candidates and free terms explain that a fit does not."""
+    def _evaluate_round(self, search: Search, base: Fit, best: Fit | None = None) -> Round:
+        """Return a round: candidates and free terms scored at a fit, the likeliest refitted.
+
+        Args:
+            search: with the effects in the model.
+            base: fit of the model.
+            best: fit with a candidate, whose noise weights the held-out data; None for the base's.
+
+        """
         names = {c.name for c in search.effects}
         rest = [c for c in self.candidates if c.name not in names]
         if len(names) == MOST_EFFECTS:
             rest = []
-        self.tell(f"screening {len(rest)} effects")
+        self.report(f"screening {len(rest)} effects")
         excerpt = excerpt_of(self.fitter, base)
         scores, trials = self._screened(search, base, excerpt, rest, best)
-        self.tell("looking for what no effect explains")
-        # before any is named, there is no law that columns might complete
+        self.report("scoring free terms")
+        # without a named effect, columns are needed for plots only
         terms = self._terms(base, None if names else KEPT_TERMS)
         return Round(base, scores, trials, terms, excerpt=excerpt)
 
-    def _in_less_noise(self, search: Search, found: Round) -> Round:
-        """Judge a round again by the noise that its likeliest candidate leaves, if it is named."""
+    def _with_reestimated_noise(self, search: Search, current: Round) -> Round:
+        """Repeat a round with the noise that is left with its likeliest candidate.
+
+        The repeated round replaces the first one if its candidate is accepted.
+        """
         noisy = self.fitter.batch
-        likely = [t.score for t in found.trials] or found.scores
-        best = quietest(self.fitter, found.base, likely)
+        likely = [t.score for t in current.trials] or current.scores
+        best = reweigh_by_best(self.fitter, current.base, likely)
         if best is None:
-            return found
-        base = self.fitter.fit(found.base.coordinates, found.base.at, AGAIN)
-        search.rounds[-1] = again = self._judged_from(search, base, best)
+            return current
+        base = self.fitter.fit(current.base.coordinates, current.base.at, REWEIGHTED_ITERATIONS)
+        search.rounds[-1] = again = self._evaluate_round(search, base, best)
         judge(search, again)
-        if again.accepted and certain(again):
+        if again.accepted and significant_with_estimated_noise(again):
             return again
-        self.fitter.batch, search.rounds[-1] = noisy, found
-        judge(search, found)
-        return found
+        self.fitter.batch, search.rounds[-1] = noisy, current
+        judge(search, current)
+        return current
 
     def _screened(
         self, search: Search, base: Fit, excerpt: Excerpt, rest: Sequence[Coordinate],
         best: Fit | None = None,
     ) -> tuple[list[Score], list[Trial]]:  # fmt: skip
-        """Return the score of every candidate in an excerpt, and the likeliest, refitted to all."""
+        """Return scores of all candidates on an excerpt, and trials of the best on all data."""
         scores = scan(excerpt.fitter, excerpt.fit, rest)
-        look = Confirmation(excerpt.fitter, excerpt.fit)
-        likely = look.best(scores, REFITTED)
-        if not_by_chance(base):
-            likely = look.stood_in_for(scores, likely, REFITTED)
+        check = NonlinearCheck(excerpt.fitter, excerpt.fit)
+        likely = check.best(scores, REFITTED)
+        if highly_implausible_parameters(base):
+            likely = check.masked_by_nuisance(scores, likely, REFITTED)
         scores, pairs = [s.lean() for s in scores], pairs_of(scores, excerpt.fit)
-        likely = [anew(self.fitter, base, s) for s in likely]
+        likely = [rescored(self.fitter, base, s) for s in likely]
         held = self._held_out(base, best)
         needed = needed_delta_chi2(len(scores))
         trials = CandidateRefits(self.fitter, base, held, needed).refit(likely)
         alone = max((t.evidence.delta_chi2 for t in trials), default=0.0)
-        ahead = Lookahead(self.fitter, base, held, needed)
-        leader = ahead.leader(pairs, alone)
-        if leader is not None:
-            leader = replace(leader, score=anew(self.fitter, base, leader.score).lean())
-            others = [t for t in trials if t.score.coordinate != leader.score.coordinate]
-            trials = [leader, *others]
+        first = PairSearch(self.fitter, base, held, needed).first_of_pair(pairs, alone)
+        if first is not None:
+            first = replace(first, score=rescored(self.fitter, base, first.score).lean())
+            others = [t for t in trials if t.score.coordinate != first.score.coordinate]
+            trials = [first, *others]
         nearest_fit = min(trials, key=lambda t: t.fit.chi2, default=None)
         for trial in trials:
             if trial is not nearest_fit and not trial.evidence.passed:
@@ -271,74 +285,89 @@ class Searcher:
         return scores, trials
 
     def _terms(self, base: Fit, kept: int | None = None) -> list[DiscrepancyTerm]:
-        """Return nonparametric terms, those that are worth a word first."""
+        """Return nonparametric terms, the noticeable ones first."""
         terms = self._scored(base, kept=kept)
-        worthwhile = {t.title for t in Round(base, [], [], terms).worthwhile}
-        return sorted(terms, key=lambda t: t.title not in worthwhile)
+        noticeable = {t.title for t in Round(base, [], [], terms).noticeable}
+        return sorted(terms, key=lambda t: t.title not in noticeable)
 
     def _scored(
         self, base: Fit, only: Sequence[str] | None = None, kept: int | None = None
     ) -> list[DiscrepancyTerm]:
-        """Return nonparametric terms, all or those of some titles, the strongest first."""
+        """Return nonparametric terms, all or those of some titles, the most significant first."""
         project = Projection(base)
         return score_terms(self.fitter, base.coordinates, base.at, project, only=only, kept=kept)
 
     def _conclude(self, search: Search) -> None:
-        """Say of each effect whether its law is the catalogue's, and what no effect explains."""
+        """Test the laws of the named effects, remove weak effects, find unexplained terms."""
         held = partial(self._held_out, search.rounds[-1].base)
-        search.between = between(self.fitter, search, held)
-        beside = self._weighed(search)
-        for name in faint(search):
-            self.tell(f"{name} is too faint")
-            why = "named, but too faint for a law or a value as uncertain as that"
+        search.completions = mixed_laws(self.fitter, search, held)
+        discrepancies = self._assess_discrepancies(search)
+        for name in weak_effects(search):
+            self.report(f"{name} is too weak")
+            why = "named, but too weak for its uncertain law or value"
             self._take_out(search, name, why)
-            beside = self._weighed(search)
+            discrepancies = self._assess_discrepancies(search)
         last = search.rounds[-1]
-        titles = [shape.title for shape in beside.unknown()]
+        titles = [shape.title for shape in discrepancies.unknown()]
         if titles:
             search.unexplained = self._scored(last.base, titles)
             search.nearest = nearest(search.unexplained[0], last.scores)
-        elif not search.effects and not_by_chance(last.base):
-            search.nearest = self._stood_in_for(last.base)
+        elif not search.effects and highly_implausible_parameters(last.base):
+            search.nearest = self._masked_effect(last.base)
 
-    def _stood_in_for(self, fit: Fit) -> str:
-        """Return the effect that explains the most where parameters driven far go back."""
+    def _masked_effect(self, fit: Fit) -> str:
+        """Return the best effect with implausible parameters reset, or "" if not significant."""
         excerpt = excerpt_of(self.fitter, fit)
-        there = as_configured(excerpt.fitter, excerpt.fit)
-        scores = scan(excerpt.fitter, there, self.candidates) if there else []
+        reset = as_configured(excerpt.fitter, excerpt.fit)
+        scores = scan(excerpt.fitter, reset, self.candidates) if reset else []
         needed = needed_delta_chi2(len(scores))
         return next((s.coordinate.name for s in scores if s.statistic > needed), "")
 
-    def _weighed(self, search: Search) -> Discrepancies:
-        """Weigh what acts beside the model, and say what that makes of the laws in it."""
+    def _assess_discrepancies(self, search: Search) -> Discrepancies:
+        """Compare the model with added free terms, and enter the lack of fit of named laws."""
         base, terms = search.rounds[-1].base, search.rounds[-1].terms
-        self.tell("weighing what acts beside the model")
+        self.report("comparing the model with added free terms")
         held = self._held_out(base)
-        elsewhere = self.fitter.elsewhere(base, held) if held is not None else None
-        beside = Discrepancies(self.fitter, base, search.effects, elsewhere)
-        search.settled = settled(self.fitter, base, search.effects, elsewhere, terms)
+        validation = self.fitter.linearised(base, held) if held is not None else None
+        discrepancies = Discrepancies(self.fitter, base, search.effects, validation)
+        search.reported_model = report_model(self.fitter, base, search.effects, validation, terms)
         names = {c.name for c in search.effects}
-        completed = {name: str(c) for name, c in search.between.items()
-                     if name in names and c.part > INEXACT}  # fmt: skip
+        completed = {name: str(c) for name, c in search.completions.items()
+                     if name in names and c.part > LAW_TOLERANCE}  # fmt: skip
         displaced = displacing(search.effects, base)
-        unequal, left = apart(search.settled), left_in_place(search)
-        refused = {name: str(there) for name, there in left.items()}
-        search.forms = {**refused, **unequal, **displaced, **completed, **beside.other_laws()}
-        search.lacks = {name: max(part, left[name].part if name in left else 0.0)
-                        for name, part in beside.lacks.items()}  # fmt: skip
-        return beside
+        unequal = heterogeneous_estimates(search.reported_model)
+        remainders = rejected_in_place(search)
+        rejected = {name: str(remainder) for name, remainder in remainders.items()}
+        search.law_mismatch = {
+            **rejected,
+            **unequal,
+            **displaced,
+            **completed,
+            **discrepancies.other_laws(),
+        }
+        search.lack_of_fit = {
+            name: max(part, remainders[name].part if name in remainders else 0.0)
+            for name, part in discrepancies.lack_of_fit.items()
+        }
+        return discrepancies
 
     def _take_out(self, search: Search, name: str, why: str, before: Fit | None = None) -> None:
-        """Take an effect out of the model at the end, and look again at what remains.
+        """Remove an effect at the end of a search, and score free terms without it.
 
-        What remains may resemble nothing as much as this effect.
+        Args:
+            search: with the effect.
+            name: of the effect.
+            why: reason in words.
+            before: fit to start from; None for the present one.
+
         """
-        itself, last = search.selected_in(name).trials[0].score, search.rounds[-1]
+        score, last = search.selected_in(name).trials[0].score, search.rounds[-1]
         search.remove(name, why)
         if before is not None:
-            search.settle(before)
+            search.continue_from(before)
         base = self._converged(search, 2)
-        search.rounds.append(Round(base, [itself, *last.scores], [], self._terms(base)))
+        # the removed effect may be the nearest to the residual
+        search.rounds.append(Round(base, [score, *last.scores], [], self._terms(base)))
 
     def _held_out(self, base: Fit, best: Fit | None = None) -> Batch | None:
         if not self.validation:

@@ -1,7 +1,7 @@
-"""Which candidates hold in the model itself, and where a refit of each had better begin.
+"""Check of candidates with the nonlinear model, and starting points of their refits.
 
-An effect that bends, or that ordinary parameters stand in for, has a linearisation that leads
-nowhere: it is tried at several sizes, and with the parameters back where they were configured.
+The linearisation fails for a strongly nonlinear effect, and for one that is masked by ordinary
+parameters. Such candidates are evaluated at several sizes, and with these parameters reset.
 """
 
 import heapq
@@ -19,154 +19,156 @@ from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.levels import GREATER_PART
 from hil_emulator.identify.selection.scan import Score, scan, score_of
 
-WORTHLESS = 8.0
-"""Expected gain in chi-square below which a candidate is not looked at."""
+LEAST_EXPECTED_GAIN = 8.0
+"""Expected gain in chi-square below which a candidate is not evaluated."""
 
 SECANTS = 2
-"""Most of their secants that are followed."""
+"""Largest number of secants per candidate whose estimates are evaluated."""
 
-MOST_SOUNDED = 16
-"""Most candidates that are tried at several sizes."""
+MOST_SIZE_SEARCHES = 16
+"""Largest number of candidates that are evaluated at several sizes."""
 
 SAME_EFFECT = 0.998
-"""Squared cosine between the sensitivities of effects above which one is tried (assumed)."""
+"""Squared cosine of two sensitivities above which one of the effects is evaluated (assumed)."""
 
 TRIED_SIZES = (0.1, 0.3, 1.0, 3.0)
-"""Typical sizes at which an effect is tried that its linearisation leads astray (assumed)."""
+"""Sizes at which a strongly nonlinear effect is evaluated, in typical sizes (assumed)."""
 
-DEAR = 3.0
-"""How much longer than usual a prediction may take for an effect to be tried at any size but its
-typical one: a coupling that hardly gives is stiff, and does nothing (assumed)."""
+SLOW_FACTOR = 3.0
+"""Ratio to the usual computing time above which a size other than the typical one is skipped: a
+nearly rigid coupling makes the model stiff and has no effect (assumed)."""
 
-TAKEOVER_ITERATIONS = 3
-"""Iterations of a refit that begins with parameters as they are configured."""
+RESTART_ITERATIONS = 3
+"""Iterations of a refit from configured parameters."""
 
 
-class Confirmation:
-    """Looks at candidates with the model itself.
+class NonlinearCheck:
+    """Evaluates candidates with the nonlinear model.
 
     Args:
         fitter: with frozen experiments.
-        fit: where the scores were taken.
+        fit: at which the scores were computed.
 
     """
 
     def __init__(self, fitter: Fitter, fit: Fit) -> None:
         self._fitter, self._fit = fitter, fit
         self._project = Projection(fit)
-        self._takeover = Takeover(fitter, fit)
+        self._nuisance_restart = NuisanceRestart(fitter, fit)
 
     def best(self, scores: Sequence[Score], wanted: int) -> list[Score]:
-        """Return the best scores that hold where the linear model puts the estimate.
+        """Return the best scores whose gain the nonlinear model confirms.
 
-        An effect that bends, or that is far stronger than its typical size, has a linearisation
-        that leads nowhere; its statistic is then what the model gains at the best of a few sizes.
-        So is that of a limit, which far away has no linearisation. Of effects with the same
-        sensitivity one is enough.
+        If the gain at the linear estimate is too small, the statistic becomes the gain at the best
+        of a few sizes. The same applies to inactive limits. Of effects with collinear
+        sensitivities only the first is evaluated at several sizes.
 
         Args:
             scores: of the linear model.
-            wanted: how many are enough.
+            wanted: number of scores after which the check ends.
 
         """
-        found: list[Score] = []
+        confirmed: list[Score] = []
         tried = {i: s for i, s in enumerate(scores) if s.flat}
         begun = [(i, self._nearer(s) if s.flat else s) for i, s in enumerate(scores)]
-        queue = [(-s.statistic, i, s) for i, s in begun if s.statistic > WORTHLESS]
+        queue = [(-s.statistic, i, s) for i, s in begun if s.statistic > LEAST_EXPECTED_GAIN]
         heapq.heapify(queue)
-        most = len(tried) + MOST_SOUNDED
-        while queue and len(found) < wanted and len(tried) < most:
+        most = len(tried) + MOST_SIZE_SEARCHES
+        while queue and len(confirmed) < wanted and len(tried) < most:
             _, i, score = heapq.heappop(queue)
             if i in tried:
-                found.append(score)
+                confirmed.append(score)
                 continue
             holds = self._holds(score)
             options = [score] if holds else []
-            if not any(_alike(score, other) for other in (*tried.values(), *found)):
-                options += self._takeover.starts(score)
-                options += [] if holds else self._sounding(score)
+            if not any(_collinear(score, other) for other in (*tried.values(), *confirmed)):
+                options += self._nuisance_restart.starts(score)
+                options += [] if holds else self._size_search(score)
             best = max(options, key=lambda s: s.statistic, default=score)
             if best is score and holds:
-                found.append(score)
+                confirmed.append(score)
                 continue
             tried[i] = score
-            if options and best.statistic > WORTHLESS:
+            if options and best.statistic > LEAST_EXPECTED_GAIN:
                 heapq.heappush(queue, (-best.statistic, i, best))
-        return found + self._kin(found, [s for i, s in enumerate(scores) if i not in tried])
+        rest = [s for i, s in enumerate(scores) if i not in tried]
+        return confirmed + self._same_stage(confirmed, rest)
 
-    def stood_in_for(
+    def masked_by_nuisance(
         self, scores: Sequence[Score], likely: Sequence[Score], wanted: int
     ) -> list[Score]:
-        """Return the likely candidates, with those that parameters driven far stand in for.
+        """Return the likely candidates and those that implausible parameters mask.
 
-        Beside such parameters the effect explains nothing; where they are as configured, the most.
+        A masked effect explains nothing until the implausible parameters are reset to their
+        configured values.
 
         Args:
             scores: of the linear model.
             likely: the best of them.
-            wanted: how many more are enough.
+            wanted: largest number of further candidates.
 
         """
-        there = self._takeover.there
-        if there is None:
+        reset = self._nuisance_restart.reset
+        if reset is None:
             return list(likely)
-        known = {s.coordinate.name for s in likely}
-        of = {s.coordinate.name: s for s in scores if s.coordinate.name not in known}
-        best = scan(self._fitter, there, [s.coordinate for s in of.values()])[:wanted]
-        starts = [s for b in best for s in self._takeover.starts(of[b.coordinate.name])]
-        return [*likely, *(s for s in starts if s.statistic > WORTHLESS)]
+        listed = {s.coordinate.name for s in likely}
+        others = {s.coordinate.name: s for s in scores if s.coordinate.name not in listed}
+        best = scan(self._fitter, reset, [s.coordinate for s in others.values()])[:wanted]
+        starts = [s for b in best for s in self._nuisance_restart.starts(others[b.coordinate.name])]
+        return [*likely, *(s for s in starts if s.statistic > LEAST_EXPECTED_GAIN)]
 
     def _nearer(self, limit: Score) -> Score:
-        """Return where a limit explains the most; it gains nothing where it hardly acts."""
-        return max(self._sounding(limit), key=lambda s: s.statistic, default=limit)
+        """Return the score of an inactive limit at the size with the largest gain."""
+        return max(self._size_search(limit), key=lambda s: s.statistic, default=limit)
 
-    def _kin(self, found: Sequence[Score], rest: Sequence[Score]) -> list[Score]:
-        """Return effects that act at the place in the model at which the best one does.
+    def _same_stage(self, confirmed: Sequence[Score], rest: Sequence[Score]) -> list[Score]:
+        """Return effects in the stage of the best one that explain much of the same residual.
 
-        Of two that do the same, the linearisation of one may lead somewhere, the other's nowhere.
+        The linear screening may miss one of two similar effects, if only its own linearisation
+        fails.
         """
-        best = max(found, key=lambda s: s.statistic, default=None)
-        if best is None or best.coordinate.channel or best.statistic < WORTHLESS:
+        best = max(confirmed, key=lambda s: s.statistic, default=None)
+        if best is None or best.coordinate.channel or best.statistic < LEAST_EXPECTED_GAIN:
             return []
-        known = {s.coordinate.name for s in found}
-        kin = [s for s in rest if s.coordinate.name not in known
-               and s.coordinate.stage == best.coordinate.stage]  # fmt: skip
-        starts = [max(self._sounding(s), key=lambda o: o.statistic, default=s) for s in kin]
+        listed = {s.coordinate.name for s in confirmed}
+        others = [s for s in rest if s.coordinate.name not in listed
+                  and s.coordinate.stage == best.coordinate.stage]  # fmt: skip
+        starts = [max(self._size_search(s), key=lambda o: o.statistic, default=s) for s in others]
         return [s for s in starts if s.statistic > GREATER_PART * best.statistic]
 
     def _holds(self, score: Score) -> bool:
-        """Tell whether the model gains most of what its linearisation promises."""
+        """Return whether the model gains most of what its linearisation predicts."""
         return self._deltas([score], GREATER_PART * score.statistic)[0] > -math.inf
 
     def _deltas(self, scores: Sequence[Score], least: float = 0.0) -> list[float]:
-        """Return what the model itself gains where scores of one candidate put its estimate.
+        """Return the nonlinear gain in chi-square at each score's estimate of one candidate.
 
-        A gain below the least is minus infinity.
+        A gain below `least` is minus infinity, and so is that of an expensive small size.
         """
         fit, fitter = self._fit, self._fitter
         free = [*fit.coordinates, scores[0].coordinate]
         points = [np.append(fit.at + s.estimate * s.response, s.estimate) for s in scores]
-        dear = [abs(p[-1]) < TRIED_SIZES[1] and fitter.cost(free, p) > DEAR for p in points]
-        tried = [p for p, costs in zip(points, dear, strict=True) if not costs]
+        slow = [abs(p[-1]) < TRIED_SIZES[1] and fitter.cost(free, p) > SLOW_FACTOR for p in points]
+        tried = [p for p, skipped in zip(points, slow, strict=True) if not skipped]
         deltas = self._deltas_at(free, tried, fit.chi2 - least)
-        return [-math.inf if costs else next(deltas) for costs in dear]
+        return [-math.inf if skipped else next(deltas) for skipped in slow]
 
     def _deltas_at(
         self, free: Sequence[Coordinate], points: Sequence[Array], most: float
     ) -> Iterator[float]:
-        for found in self._fitter.within(free, points, most):
-            yield -math.inf if found is None else self._fit.chi2 - found[1]
+        for evaluated in self._fitter.within(free, points, most):
+            yield -math.inf if evaluated is None else self._fit.chi2 - evaluated[1]
 
-    def _sounding(self, score: Score) -> list[Score]:
-        """Return starts at several sizes, and where the most promising secants to them lead.
+    def _size_search(self, score: Score) -> list[Score]:
+        """Return starting points at several sizes, and the estimates of the best secants to them.
 
-        Between sizes that explain something, all may be worse.
+        The chi-square may have several local minima over the size.
         """
         sense = -1.0 if score.estimate < 0.0 else 1.0
         fit = self._fit
         free = [*fit.coordinates, score.coordinate]
         sizes = (score.estimate, *(sense * k for k in TRIED_SIZES))
-        tries = list(tries_of(self._fitter, score, fit, sizes))
+        tries = list(trial_points(self._fitter, score, fit, sizes))
         starts, secants = [], []
         for at, residual in zip(tries, self._fitter.residuals(free, tries), strict=True):
             delta_chi2 = fit.chi2 - self._fitter.loss(free, at, residual)
@@ -178,71 +180,77 @@ class Confirmation:
         return starts + [replace(s, statistic=d) for s, d in zip(secants, deltas, strict=True)]
 
 
-def _alike(one: Score, other: Score) -> bool:
-    """Return whether no data like these tell two candidates apart."""
+def _collinear(one: Score, other: Score) -> bool:
+    """Return whether the sensitivities of two candidates are nearly collinear."""
     product = float(one.column @ other.column)
     return product**2 > SAME_EFFECT * one.information * other.information
 
 
-class Takeover:
-    """Starts for candidates where the gap has driven ordinary parameters far.
+class NuisanceRestart:
+    """Refits of candidates from configured values of implausible ordinary parameters.
 
-    A valve that is fitted slow hides a delay: only where it is as fast as configured does the
-    delay explain anything.
+    A missing delay, for instance, lowers the fitted bandwidth of the valve, and then explains
+    nothing more until the bandwidth is reset.
 
     Args:
         fitter: with frozen experiments.
-        fit: what the gap has driven.
+        fit: possibly with implausible parameters.
+
+    Attributes:
+        reset: the fit without its implausible parameters; None without any.
 
     """
 
     def __init__(self, fitter: Fitter, fit: Fit) -> None:
         self._fitter, self._fit = fitter, fit
-        self.there = as_configured(fitter, fit)
+        self.reset = as_configured(fitter, fit)
 
     def starts(self, score: Score) -> list[Score]:
-        """Return where a refit of a candidate leads from there: one start, or none."""
-        there = self.there
-        if there is None:
+        """Return the refit of a candidate from the reset fit, as a score, if it improves that."""
+        reset = self.reset
+        if reset is None:
             return []
-        free = [*there.coordinates, score.coordinate]
+        free = [*reset.coordinates, score.coordinate]
         tries = list(
-            tries_of(self._fitter, score, there, (*TRIED_SIZES, *(-k for k in TRIED_SIZES)))
+            trial_points(self._fitter, score, reset, (*TRIED_SIZES, *(-k for k in TRIED_SIZES)))
         )
-        most = there.chi2 - GREATER_PART * (there.chi2 - self._fit.chi2)
-        found = zip(tries, self._fitter.within(free, tries, most), strict=True)
-        losses = [(t[1], at, t[0]) for at, t in found if t is not None]
+        most = reset.chi2 - GREATER_PART * (reset.chi2 - self._fit.chi2)
+        evaluated = zip(tries, self._fitter.within(free, tries, most), strict=True)
+        losses = [(t[1], at, t[0]) for at, t in evaluated if t is not None]
         if not losses:
             return []
         _, at, residual = min(losses, key=lambda t: t[0])
-        jacobian = np.column_stack([there.jacobian, (residual - there.residual) / at[-1]])
-        taken = self._fitter.fit(free, at, TAKEOVER_ITERATIONS, jacobian=jacobian)
-        values = {c.name: a for c, a in zip(free, taken.at, strict=True)}
+        jacobian = np.column_stack([reset.jacobian, (residual - reset.residual) / at[-1]])
+        restarted = self._fitter.fit(free, at, RESTART_ITERATIONS, jacobian=jacobian)
+        values = {c.name: a for c, a in zip(free, restarted.at, strict=True)}
         whole = [*self._fit.coordinates, score.coordinate]
         start = np.array([values.get(c.name, 0.0) for c in whole])
-        fit = self._fitter.fit(whole, start, TAKEOVER_ITERATIONS)
+        fit = self._fitter.fit(whole, start, RESTART_ITERATIONS)
         delta_chi2 = self._fit.chi2 - fit.chi2
         return [replace(score, statistic=delta_chi2, estimate=float(fit.at[-1]), start=fit.at)]
 
 
-def tries_of(fitter: Fitter, score: Score, fit: Fit, sizes: Sequence[float]) -> Iterator[Array]:
-    """Yield a fit's coordinates with a candidate at some sizes: those it may have, and not dear."""
+def trial_points(fitter: Fitter, score: Score, fit: Fit, sizes: Sequence[float]) -> Iterator[Array]:
+    """Yield a fit's coordinates with a candidate at each feasible size that is not expensive."""
     low, high = score.coordinate.bounds
     free = [*fit.coordinates, score.coordinate]
     for size in sizes:
-        tried = np.append(fit.at, size)
-        dear = abs(size) != 1.0 and fitter.cost(free, tried) > DEAR
-        if low <= size <= high and size != 0.0 and not dear:
-            yield tried
+        point = np.append(fit.at, size)
+        slow = abs(size) != 1.0 and fitter.cost(free, point) > SLOW_FACTOR
+        if low <= size <= high and size != 0.0 and not slow:
+            yield point
 
 
 def as_configured(fitter: Fitter, fit: Fit) -> Fit | None:
-    """Return a fit with the parameters as configured that the gap drove far; None without any."""
-    far = [np.isfinite(c.prior) and abs(a) > TOLERATED * c.prior
-           for c, a in zip(fit.coordinates, fit.at, strict=True)]  # fmt: skip
-    if not any(far):
+    """Return a fit without its implausible parameters, which get their configured values.
+
+    Returns None if no parameter is farther than `TOLERATED` standard deviations off.
+    """
+    implausible = [np.isfinite(c.prior) and abs(a) > TOLERATED * c.prior
+                   for c, a in zip(fit.coordinates, fit.at, strict=True)]  # fmt: skip
+    if not any(implausible):
         return None
-    kept = [i for i, driven in enumerate(far) if not driven]
+    kept = [i for i, dropped in enumerate(implausible) if not dropped]
     free, at = [fit.coordinates[i] for i in kept], fit.at[kept]
     residual = fitter.residual(free, at)
     return Fit(free, at, residual, fit.jacobian[:, kept], fitter.loss(free, at, residual))

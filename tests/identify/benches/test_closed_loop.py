@@ -12,7 +12,7 @@ import pytest
 
 from hil_emulator.config.load import load
 from hil_emulator.identify.measured.experiment import REFERENCE, Experiment
-from hil_emulator.identify.prediction.benches.position_loop import found_gain
+from hil_emulator.identify.prediction.benches.position_loop import estimated_gain
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.platform.paths import cache_folder
 from tests.identify.benches.asked import asked, bench, names, recorded
@@ -105,7 +105,7 @@ def test_a_gain_follows_from_flow_and_deviation(lap: float) -> None:
     rows = moved(reference, random.normal(0.0, 1e-5, len(reference)), lap)
     readings = {REFERENCE: reference, "position": rows.T[0], "pressure_a": rows.T[1]}
     plant = PlantModel(load([LOOP]), cache_folder()).plant_values
-    gain = found_gain([Experiment("loop", PERIOD, np.zeros(0), readings)], plant)
+    gain = estimated_gain([Experiment("loop", PERIOD, np.zeros(0), readings)], plant)
     assert gain == pytest.approx(PROPORTIONAL, rel=0.01)
 
 

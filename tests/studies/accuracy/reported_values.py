@@ -52,7 +52,7 @@ class Reported:
 def values(which: Case, result: Result) -> Iterator[Reported]:
     """Yield the effects that were rightly named."""
     search = result.search
-    if search is None or search.final is None or search.settled is None:
+    if search is None or search.final is None or search.reported_model is None:
         return
     fitted = dict(zip([c.name for c in search.final.coordinates], search.final.at, strict=True))
     for finding in result.effects:
@@ -64,7 +64,7 @@ def values(which: Case, result: Result) -> Iterator[Reported]:
         yield Reported(
             finding.name, "friction" in finding.name, abs(first / true - 1.0),
             abs(finding.value / true - 1.0), 0.5 * (high - low) / abs(finding.value),
-            low <= true <= high, search.settled.sizes[finding.name].by_chance,
+            low <= true <= high, search.reported_model.estimates[finding.name].p_value,
         )  # fmt: skip
 
 
@@ -116,7 +116,7 @@ def main() -> None:
         for e in named:
             print(f"{which.name:16} {e.name:26} fitted {e.fitted:7.2%}, reported {e.reported:7.2%} "
                   f"+- {e.width:7.2%}{'' if e.inside else ' MISSED'}, sizes apart by chance "
-                  f"{e.by_chance:.1e}", flush=True)  # fmt: skip
+                  f"{e.p_value:.1e}", flush=True)  # fmt: skip
     print("\n".join(report(effects, deviations)))
 
 

@@ -27,7 +27,7 @@ from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.parallel.pool import LocalBatch
 from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
-from hil_emulator.identify.selection.levels import TOLD_APART, needed_delta_chi2
+from hil_emulator.identify.selection.levels import DISTINGUISHABLE, needed_delta_chi2
 from hil_emulator.identify.selection.rivals import separability
 from hil_emulator.identify.selection.scan import Score, scan
 from tests.identify.rig_data import knee_model
@@ -242,7 +242,7 @@ def report(outcomes: list[Outcome]) -> None:
     print(f"shown over forecast: median {np.median(realised / np.maximum(predicted, 1e-9)):.2f}")
     for words, chosen in (
         ("all", outcomes),
-        ("ambiguous class", [o for o in outcomes if abs(o.now) < TOLD_APART]),
+        ("ambiguous class", [o for o in outcomes if abs(o.now) < DISTINGUISHABLE]),
     ):
         good = sum(o.share >= GOOD for o in chosen)
         low, high = wilson(good, len(chosen))

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.filter.sensor_replay import UNSEEN
+from hil_emulator.identify.prediction.filter.sensor_replay import HIDDEN
 from hil_emulator.identify.prediction.model_run.records import Data, Gains, Start
 from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
@@ -96,7 +96,7 @@ class Replay:
             ),
             Start(s.start, z0, self._active, np.ones(2)),
             Gains(s.gains, np.tile(scale, (count, 1, 1)).astype(np.float32)), residual,
-            np.empty((1, len(model.signal_names))), UNSEEN,
+            np.empty((1, len(model.signal_names))), HIDDEN,
         )  # fmt: skip
         return np.clip(residual, -WORST, WORST)
 

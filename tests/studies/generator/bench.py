@@ -7,7 +7,7 @@ from scipy.signal import cont2discrete, tf2ss
 
 from hil_emulator.identify.measured.experiment import Experiment
 from tests.studies.generator.benches import FIRST, Bench
-from tests.studies.generator.plant import STEP, Machine, advance, at_rest
+from tests.studies.generator.plant import STEP, Machine, advance, at_rest, pressure
 from tests.studies.generator.sensors import CHANNELS, converted, noise, three_lags, transduced
 
 TRAINING = ("multisine", "steps", "triangles", "chirp")
@@ -120,7 +120,7 @@ def record(
     force = machine.gravity
     for k in range(len(time)):
         supply = machine.supply + ripple[k]
-        table[k] = s[2], s[3], supply + s[7], s[4], force
+        table[k] = pressure(s[2]), pressure(s[3]), supply + s[7], s[4], force
         drift = drift * keep + pushes[k]
         measured = s[4] + scatter[k, 3]
         current[k] = np.clip(bench.gain * (target[k] - measured) + feed[k], -6e-3, 6e-3)

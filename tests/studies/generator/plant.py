@@ -95,9 +95,12 @@ class Machine(NamedTuple):
     motor_lag: float = 0.0
 
 
-STATES = ("spool", "spool speed", "p_a", "p_b", "position", "velocity", "return flow",
+STATES = ("spool", "spool speed", "oil in a", "oil in b", "position", "velocity", "return flow",
           "pump pressure", "pump flow", "bend of the seals", "torque motor")  # fmt: skip
 """What is integrated; the pump's pressure is counted from the set one."""
+
+VACUUM = 1e3
+"""Pressure of a void [Pa]."""
 
 SLIDING = 3.0
 """How many times their shear length seals bend until they slide."""
@@ -113,9 +116,19 @@ def at_rest(p: Machine) -> tuple[np.ndarray, np.ndarray]:
 
 
 @numba.njit
+def pressure(oil):
+    """Return the pressure of a chamber from its state, which goes on falling as a void grows.
+
+    The void has to be filled before the pressure rises: no oil is lost or made.
+    """
+    return max(oil, VACUUM)
+
+
+@numba.njit
 def rates(p, s, u, supply, t, out):
     """Fill the rates of the states; return the force on the rod's end."""
-    spool, speed, pa, pb, x, v, returned, sag, stroke, bend, _ = s
+    spool, speed, oil_a, oil_b, x, v, returned, sag, stroke, bend, _ = s
+    pa, pb = pressure(oil_a), pressure(oil_b)
     out[0] = max(-p.spool_rate, min(p.spool_rate, speed))
     out[10] = (u - s[10]) / p.motor_lag if p.motor_lag > 0.0 else 0.0
     target = s[10] if p.motor_lag > 0.0 else u
@@ -178,7 +191,6 @@ def advance(p, s, memory, u, supply, t, steps):
         rates(p, s, target + bias(p, now), supply, now, first)
         rates(p, s + STEP * first, target + bias(p, now), supply, now + STEP, second)
         s += 0.5 * STEP * (first + second)
-        s[2], s[3] = max(s[2], 1e3), max(s[3], 1e3)
         s[9] = min(max(s[9], -SLIDING), SLIDING)
     end = t + steps * STEP
     return rates(p, s, target + bias(p, end), supply, end, first)

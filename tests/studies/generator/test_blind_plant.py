@@ -8,6 +8,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from hil_emulator.config.load import load
 from hil_emulator.identify.measured.between_rows import CONTROLLER
@@ -20,7 +21,8 @@ from tests.studies.generator.bench import SetPoint
 from tests.studies.generator.benches import AXIS, BENCHES, CRANE, FIRST, Bench
 from tests.studies.generator.cases import GROUPS, SPREAD, case, cases, machine
 from tests.studies.generator.effects import EFFECTS, OUTSIDE, SITS, size_on
-from tests.studies.generator.plant import STEP, Machine, advance, at_rest
+from tests.studies.generator.laws import CONSTANT, GASSY, STIFFENS
+from tests.studies.generator.plant import STEP, VACUUM, Machine, advance, at_rest, pressure, rates
 from tests.studies.generator.sensors import CHANNELS, late, noise, ringing
 
 IN_PLANT = [key for key in EFFECTS if "." not in key]
@@ -195,3 +197,24 @@ def test_a_case_of_another_bench_is_another_case() -> None:
     pushes = [b.sheet["area"] * b.sheet["supply"] for b in (FIRST, AXIS)]
     share = [e.effects["stribeck"] / push for e, push in zip((here, there), pushes, strict=True)]
     assert 0.8 / 1.25 < share[1] / share[0] < 1.25 / 0.8
+
+
+@pytest.mark.parametrize("oil", [GASSY, CONSTANT, STIFFENS], ids=["gassy", "constant", "stiffens"])
+def test_a_void_takes_as_much_oil_to_fill_as_it_took_to_open(oil: int) -> None:
+    """A closed chamber whose rod moves out and back has its pressure again, after a void too."""
+    real = Machine(**FIRST.sheet, ripple=0.0, foreign=False)._replace(oil_form=oil, clearance=1e-12)
+    rest, rate = at_rest(real)[0], np.zeros(11)
+
+    def per_way(position: float, oil_in_a: np.ndarray) -> float:
+        state = rest.copy()
+        state[2], state[4], state[5] = oil_in_a[0], position, 1.0
+        rates(real, state, 0.0, real.supply, 0.0, rate)
+        return float(rate[2])
+
+    def moved(start: float, end: float, oil_in_a: float) -> float:
+        way = solve_ivp(per_way, (start, end), [oil_in_a], rtol=1e-9, atol=1e-3)
+        return float(way.y[0, -1])
+
+    out = moved(rest[4], rest[4] + 2e-3, rest[2])
+    assert pressure(out) == VACUUM
+    assert moved(rest[4] + 2e-3, rest[4], out) == pytest.approx(rest[2], rel=1e-4)

@@ -25,7 +25,7 @@ from tests.studies.generator.cases import Case, campaign
 from tests.studies.rules.ablation import FAMILIES, PLAIN, drawn
 from tests.studies.rules.rules import changed
 
-SIZES = ("OWN_SIZES", "SHARES", "SMOOTH", "INEXACT", "NOTICEABLE")
+SIZES = ("LAW_ERROR_SIZES", "VARIANCE_SHARES", "SMOOTH", "LAW_TOLERANCE", "NOTICEABLE")
 """What is tried a tenth and ten times as large."""
 
 AS_IT_IS = "as it is"
@@ -48,12 +48,12 @@ def _times(name: str, factor: float) -> Any:
 def judged(which: Case) -> dict[str, list[str]]:
     """Return the flags in a case, by variation: effects, and "unknown"."""
     flags: dict[str, list[str]] = {}
-    weighed = Searcher._weighed
+    assess = Searcher._assess_discrepancies
 
     def every(searcher: Searcher, search: Search) -> Discrepancies:
         base = search.rounds[-1].base
         held = searcher._held_out(base)
-        elsewhere = None if held is None else searcher.fitter.elsewhere(base, held)
+        elsewhere = None if held is None else searcher.fitter.linearised(base, held)
         for name, values in variations().items():
             with changed(values):
                 weighed_there = Discrepancies(searcher.fitter, base, search.effects, elsewhere)
@@ -61,10 +61,10 @@ def judged(which: Case) -> dict[str, list[str]]:
                     *weighed_there.other_laws(),
                     *["unknown"] * bool(weighed_there.unknown()),
                 ]
-        return weighed(searcher, search)
+        return assess(searcher, search)
 
     learn, check = campaign(which)
-    with changed({**PLAIN, "search.Searcher._weighed": every}):
+    with changed({**PLAIN, "search.Searcher._assess_discrepancies": every}):
         session.identify(load([which.bench.config]), learn, check, cache=CACHE)
     return flags
 

@@ -28,7 +28,7 @@ SURE = 0.95
 def log_odds(trial: Mapping[str, Any], candidates: int) -> float:
     """Return the log odds that a candidate acts, by Laplace's approximation.
 
-    A Cauchy prior of its typical size (see `scan.surprise`), and one missing effect among all
+    A Cauchy prior of its typical size (see `scan.size_penalty`), and one missing effect among all
     candidates as likely as no missing effect.
 
     Args:

@@ -37,7 +37,7 @@ def test_a_judgement_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def _accepting(_: Search, decided: Round) -> None:
     """Stand in for a judgement that hangs on one constant alone."""
-    decided.accepted = law_form.INEXACT < 0.0
+    decided.accepted = law_form.LAW_TOLERANCE < 0.0
 
 
 def test_a_function_decides_if_its_result_differs() -> None:
@@ -45,7 +45,7 @@ def test_a_function_decides_if_its_result_differs() -> None:
     fit = Fit([], np.zeros(0), np.ones(10), np.zeros((10, 0)), 10.0)
     finished = Search([], rounds=[Round(fit, [], [], [])])
     with deciding(["faint"]) as rules:
-        assert search.faint(finished) == []
+        assert search.weak_effects(finished) == []
     assert rules == set()
 
 

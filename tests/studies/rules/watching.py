@@ -19,9 +19,9 @@ ASKED = {
     "evidence.LEAST_HELD_OUT": _PASSED,
     "evidence.NEARLY_ALL": _RANKED,
     "evidence.SMALL_PART": _RANKED,
-    "law_form.INEXACT": ("search.judge",),
-    "discrepancies.INEXACT": ("discrepancies.Discrepancies.other_laws",),
-    "progress.NOTICEABLE": ("progress.Round.worthwhile",),
+    "law_form.LAW_TOLERANCE": ("search.judge",),
+    "discrepancies.LAW_TOLERANCE": ("discrepancies.Discrepancies.other_laws",),
+    "progress.NOTICEABLE": ("progress.Round.noticeable",),
     "discrepancies.NOTICEABLE": (
         "discrepancies.Discrepancies.unknown",
         "discrepancies.Discrepancies.other_laws",

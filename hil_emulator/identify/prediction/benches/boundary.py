@@ -1,8 +1,8 @@
-"""What holds where a bench ends: what of the actuator it does not have, it replaces by a boundary.
+"""Boundary conditions of a bench, in place of the parts of an actuator that it does not have.
 
-A machine that moves the rod imposes its motion, whatever the force; an absent chamber has no area;
-a constant pressure is as good as a channel. Nothing else is assumed about what a configuration need
-not describe: it stays "not a number", and so would everything that depended on it.
+A test machine imposes the motion of the rod; an absent chamber has zero area; a stated constant
+pressure replaces a channel. Other values that the configuration does not state are NaN, and so is
+every result that depends on them.
 """
 
 import copy
@@ -14,32 +14,36 @@ import numpy as np
 
 from hil_emulator.config.bench import BenchSettings
 from hil_emulator.identify.measured.experiment import Experiment
-from hil_emulator.identify.prediction.benches.position_loop import commanded, found_gain, in_loop
+from hil_emulator.identify.prediction.benches.position_loop import (
+    commanded,
+    estimated_gain,
+    in_loop,
+)
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.model.layout import fill
 from hil_emulator.units import show
 
 LOCKED = 1e12
-"""Mass of a load that no actuator moves [kg]: a micrometre per hour at a hundred kilonewton."""
+"""Mass of a locked load [kg]: it moves by 1 um per hour under 100 kN."""
 
 IMPOSED_MOTION = {"load_mass": LOCKED}
-"""Whatever moves the rod of a force balance is stronger than it."""
+"""For a force balance, whose rod is moved by a drive."""
 
 NO_CYLINDER = {"cylinder_piston_area": 0.0, "cylinder_area_ratio": 1.0}
 
 ENDLESS_VOLUME = 1e3
-"""Size of a chamber whose pressure no flow of a test changes [m^3]."""
+"""Volume of a chamber whose pressure the flow does not change [m^3]."""
 
 OPEN_PORTS = {
     "load_mass": LOCKED, **NO_CYLINDER, "cylinder_stroke": 1e-3, "initial_position": 0.0,
     "cylinder_dead_volume_a": ENDLESS_VOLUME, "cylinder_dead_volume_b": ENDLESS_VOLUME,
     "oil_bulk_modulus": 1e9,
 }  # fmt: skip
-"""Of a valve whose ports are at given pressures: whatever oil fills so large a chamber."""
+"""For a valve with given port pressures; the bulk modulus has no influence."""
 
 NO_VOLUME = 1e-12
-"""Size of a chamber that any flow of a test fills at once [m^3]: edges open by 0.1 uA let through
-1e-19 m^3/s per pascal, and within 10 ms it is at the pressure at which its flows balance."""
+"""Volume of a chamber whose pressure is in equilibrium at any time [m^3]: with edges open by 0.1
+uA, which pass 1e-19 m^3/s per pascal, within 10 ms."""
 
 AT_REST = {
     **OPEN_PORTS, "cylinder_dead_volume_a": NO_VOLUME, "cylinder_dead_volume_b": NO_VOLUME,
@@ -47,8 +51,8 @@ AT_REST = {
     "driver_lag_time_constant": 0.0, "pilot_lag_time_constant": 0.0,
     "spool_rate_limit_rate": math.inf,
 }  # fmt: skip
-"""Of a valve in a slow sweep: at rest, neither volumes nor stiffness nor speed have a say; a spool
-of 100 kHz stays behind a sweep by less than anybody can measure."""
+"""For a valve in a slow sweep: in equilibrium, volumes, stiffness and speed have no influence. The
+lag of a spool with 100 kHz is not measurable."""
 
 NO_VALVE = ("force balance", "driven axis")
 """Kinds of bench without a valve."""
@@ -68,7 +72,7 @@ def with_values(model: PlantModel, values: Mapping[str, float]) -> PlantModel:
 
 
 def bounded(model: PlantModel, bench: BenchSettings) -> PlantModel:
-    """Return the model of what stands on a bench."""
+    """Return the model with the boundary conditions of a bench."""
     values = dict(_BOUNDARIES.get(bench.kind, {}))
     if math.isnan(bench.chambers.get("pressure_b", 0.0)):
         values["cylinder_area_ratio"] = 0.0
@@ -78,19 +82,19 @@ def bounded(model: PlantModel, bench: BenchSettings) -> PlantModel:
 def with_gain(
     bench: BenchSettings, experiments: Sequence[Experiment], plant: Mapping[str, float]
 ) -> tuple[BenchSettings, list[str]]:
-    """Return the bench with the gain that a free loop is found to have, and a note that says so."""
+    """Return the bench with an estimate of an unstated loop gain, and a note."""
     looped = [e for e in experiments if in_loop(e)]
     if bench.kind != "closed loop" or not math.isnan(bench.proportional_gain) or not looped:
         return bench, []
-    gain = found_gain(looped, plant)
+    gain = estimated_gain(looped, plant)
     note = f"proportional gain: {show(gain, 'A/m')} fits the configured valve"
     return replace(bench, proportional_gain=gain), [note]
 
 
 def as_stated(experiments: Sequence[Experiment], bench: BenchSettings) -> list[Experiment]:
-    """Return experiments with what the configuration states: pressures, and a loop's current.
+    """Return experiments with stated pressures and the current of a stated position loop.
 
-    A bench of forces has no valve: a set point in its recordings is that of something else.
+    The current in recordings of a bench without a valve is not used.
     """
     return [_stated(e, bench) for e in experiments]
 

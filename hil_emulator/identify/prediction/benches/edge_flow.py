@@ -1,4 +1,4 @@
-"""Flow through the metering edges of the configured valve, of whole recordings at once."""
+"""Flow through the metering edges of the configured valve, for arrays of samples."""
 
 from collections.abc import Mapping
 from types import SimpleNamespace
@@ -9,7 +9,7 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.model.servo_valve import transition
 
 SHUT = 1e-12
-"""Opening below which an edge counts as shut [A]: a root of it is no number (assumed)."""
+"""Opening below which an edge counts as shut [A] (assumed)."""
 
 
 def through_edge(opening: Array, drop: Array, plant: Mapping[str, float]) -> Array:

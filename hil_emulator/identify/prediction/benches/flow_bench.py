@@ -1,7 +1,7 @@
-"""A valve alone, with a flow meter: current, pressures at its ports, and the flow through port a.
+"""Predictor for a valve with a flow meter: current, port pressures and the flow through port a.
 
-The model's spool follows the recorded current, and its metering edges see the recorded pressures;
-the rod is locked, and the chambers are so large that no flow changes their pressure.
+The model's spool follows the recorded current; the pressures at its metering edges are those
+recorded. The rod is locked, and the chambers are too large for the flow to change their pressure.
 """
 
 from collections.abc import Sequence
@@ -23,23 +23,23 @@ from hil_emulator.identify.prediction.residuals.noise import noise_levels, quiet
 from hil_emulator.model.stages import SAMPLED, friction, inertia, stop
 
 SPOOL_STEP = 1e-4
-"""Integration step [s]: the spool is all that moves (250 Hz, damped)."""
+"""Integration step [s]; only the spool moves (250 Hz, damped)."""
 
 BENCH_CORRELATION_TIME = 0.2
-"""Time over which residuals may be correlated [s] (assumed: a null that drifts)."""
+"""Time over which residuals may be correlated [s] (assumed: null drift)."""
 
 SPOOL_SETTLING = 0.05
-"""Time at the start of an experiment that counts for nothing [s]: the spool settles."""
+"""Excluded time at the start of an experiment, for transients of the spool [s]."""
 
-UNSEEN = ("cross_leakage", "outward_leakage", "oil", "coupling", "play", "load", "load_inertia")
-"""Stages whose effects do not reach the flow at given pressures."""
+HIDDEN = ("cross_leakage", "outward_leakage", "oil", "coupling", "play", "load", "load_inertia")
+"""Stages whose effects do not change the flow at given pressures."""
 
 
 class FlowBench(ExactForms):
     """Computes the residual of a flow, with the interface of `predictor.Predictor`.
 
     Args:
-        model: the model of the whole actuator; it stays as it is.
+        model: of the whole actuator; not modified.
 
     """
 
@@ -59,11 +59,11 @@ class FlowBench(ExactForms):
         return BENCH_CORRELATION_TIME
 
     def cost(self, par: Array) -> float:
-        """Return that every prediction takes as long as any other."""
+        """Return 1: all predictions take the same time."""
         return 1.0
 
     def freeze(self, experiment: Experiment, par: Array, chan: Array) -> MeasuredStates:
-        """Turn readings into pressures at the ports."""
+        """Convert readings to port pressures."""
         states = np.tile(self.model.start(par, SPOOL_STEP, None), (experiment.samples, 1))
         present = np.isfinite(experiment.readings[FLOW])
         for place, name in zip(self._ports, ("pressure_a", "pressure_b"), strict=True):
@@ -94,7 +94,7 @@ class FlowBench(ExactForms):
     def with_other_sensors(
         self, frozen: MeasuredStates, par: Array, chan: Array, others: Sequence[Array]
     ) -> Array:
-        """Return the residuals with other sensors: nothing corrects the states."""
+        """Return the residuals with other sensors; there are no state corrections."""
         path = self._path(frozen, par.copy())
         return np.stack([self._residual(frozen, path, other) for other in others])
 
@@ -119,7 +119,7 @@ class FlowBench(ExactForms):
         return path
 
     def weigh(self, frozen: MeasuredStates, par: Array, chan: Array) -> None:
-        """Give residuals a standard deviation of one where nothing is missing."""
+        """Set the weights for residuals of unit variance without missing effects."""
         frozen.weights = np.ones(1)
         residual = self.innovations(frozen, par, chan)[0]
         noise = noise_levels(frozen.experiment, self.channels)
@@ -127,28 +127,28 @@ class FlowBench(ExactForms):
         stretch = round(BENCH_CORRELATION_TIME / frozen.experiment.period)
         frozen.weights = quiet_weights(residual, present, noise, stretch, frozen.experiment.copies)
 
-    def noise_seen(self, frozen: MeasuredStates) -> None:
-        """Return that every experiment has a noise of its own."""
+    def noise_estimate(self, frozen: MeasuredStates) -> None:
+        """Return None: each experiment has a noise of its own."""
 
     def share(self, frozen: MeasuredStates, noise: Noise) -> None:
-        """Do nothing: there is none."""
+        """Do nothing: there is no common noise."""
 
     def regressors(self, frozen: MeasuredStates, path: Array) -> Regressors:
-        """Return what a term may depend on."""
+        """Return the regressors of free terms."""
         return regressors(path, self.model.signal_names, frozen.experiment.period)
 
     def through(self, frozen: MeasuredStates, balance: Balance, terms: Array) -> Array:
-        """Return the change of the residual that terms make."""
+        """Return the change of the residual by terms."""
         return np.asarray(np.where(frozen.present, -terms.T, 0.0) * frozen.weights[0])
 
 
 def flow_bench(
     model: PlantModel, experiments: Sequence[Experiment]
 ) -> tuple[FlowBench | None, str]:
-    """Return what predicts a measured flow, or None and the reason.
+    """Return the predictor of a measured flow, or None and the reason.
 
     Args:
-        model: the model.
+        model: of the actuator.
         experiments: at least one of them has the flow.
 
     """
@@ -164,13 +164,13 @@ def flow_bench(
 
 
 def examinable(candidate: Coordinate) -> bool:
-    """Whether a flow at given pressures can show an effect."""
+    """Return whether an effect changes the flow at given pressures."""
     effect = candidate.effect
     if effect is None or candidate.channel:
         return candidate.channel == FLOW
     hidden = (*SAMPLED, inertia, stop)
     return all(
         law.stage not in hidden and law.stage.table != friction.table
-        and law.stage.name not in UNSEEN
+        and law.stage.name not in HIDDEN
         for law in effect.laws
     )  # fmt: skip

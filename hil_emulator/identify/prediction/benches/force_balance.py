@@ -1,8 +1,8 @@
-"""The force balance alone: pressures, position and load force, without a valve.
+"""Predictor of the load force from measured pressures and position, without a valve.
 
-A friction rig or a test machine moves the rod; the model's force on the load is computed from the
-measured state, sample by sample. A chamber that was not measured is at tank pressure. On an axis
-that something else drives, the force is that of the drive: it moves the load against friction.
+A friction rig or test machine moves the rod. The force is computed from the measured states, sample
+by sample. A chamber that was not measured is at tank pressure. On a driven axis the measured force
+is that of the drive, which moves the load against friction.
 """
 
 from collections.abc import Sequence
@@ -38,24 +38,25 @@ from hil_emulator.model.constants import SLIDING_BEND
 from hil_emulator.model.stages import SAMPLED, friction, inertia, load, stop
 
 PRESLIDING = 1e-3
-"""Travel after a reversal in which seals bend before they slide [m] (assumed)."""
+"""Presliding travel of seals after a reversal [m] (assumed)."""
 
 PRESLIDING_OF_GUIDES = 5e-5
 """The same for the guides of a driven axis [m]: rolling elements slide after 10 to 50 um
-(Armstrong-Helouvry et al. 1994). Short motions would be lost in more."""
+(Armstrong-Helouvry et al. 1994). A longer distance would exclude short motions."""
 
 SLID_AFTER = 4.0
-"""Way after a reversal in which dry friction turns to 96 %, over the presliding distance."""
+"""Travel after a reversal, over the presliding distance, at which dry friction has reached 96 % of
+its new value."""
 
 ALL_BUT = 1.0 - 1e-9
-"""Largest direction whose bend is a number."""
+"""Largest direction with a finite bristle deflection."""
 
 VALVE = frozenset({"valve_current", "spool_position", "supply_flow", "tank_flow"})
 CHAMBERS = frozenset({"pressure_a", "pressure_b"})
 """Signals of parts that a bench may not have."""
 
 AT_ANY_SPEED = {"friction_transition_velocity": 1e9}
-"""The direction of friction follows from the path alone."""
+"""Makes the direction of friction independent of the velocity."""
 
 
 @dataclass
@@ -77,8 +78,8 @@ class StaticObserver(ExactForms):
 
     Args:
         model: the model.
-        driven: whether the force is that of a drive, and not what the rod passes on.
-        chambers: whether there is a chamber with a pressure.
+        driven: whether the measured force is that of a drive instead of the rod's.
+        chambers: whether a chamber has pressure.
 
     """
 
@@ -105,16 +106,16 @@ class StaticObserver(ExactForms):
         self.later: frozenset[str] = frozenset()
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return what another process gets: there, other experiments have these identities."""
+        """Return the state without cached motions, whose keys are not valid in another process."""
         return self.__dict__ | {"_motions": {}}
 
     def presliding(self, experiments: Sequence[Experiment]) -> float:
-        """Follow the bend of what slides late along the path; return its distance [m], or 0.
+        """Model presliding along the path if it is long; return its distance [m], or 0.
 
-        A stated distance is taken as it is.
+        The distance is estimated unless it is stated.
 
         Args:
-            experiments: all of them.
+            experiments: all training and validation data.
 
         """
         field = "friction_presliding_distance"
@@ -128,21 +129,21 @@ class StaticObserver(ExactForms):
         return distance
 
     def _path(self, e: Experiment) -> Path:
-        """Return the motion of the rod, and what the chambers leave of the load force."""
-        left = e.readings["load_force"] - hydraulic_force(e, self.model.plant_values)
-        return Path(self._motion(e).states, left)
+        """Return the motion of the rod, and the load force without that of the chambers."""
+        rest = e.readings["load_force"] - hydraulic_force(e, self.model.plant_values)
+        return Path(self._motion(e).states, rest)
 
     @property
     def correlation_time(self) -> float:
-        """Nothing is assumed of it: see `noise_seen`."""
+        """0: the correlation is estimated, see `noise_estimate`."""
         return 0.0
 
     def cost(self, par: Array) -> float:
-        """Return that every prediction takes as long as any other."""
+        """Return 1: all predictions take the same time."""
         return 1.0
 
     def freeze(self, experiment: Experiment, par: Array, chan: Array) -> MeasuredStates:
-        """Turn readings into states."""
+        """Convert readings to states."""
         names = list(self.model.kernel.state.names or ())
         states = np.tile(self.model.start(par, 1e-5, None), (experiment.samples, 1))
         position, velocity, acceleration = self._motion(experiment).states.T
@@ -152,30 +153,30 @@ class StaticObserver(ExactForms):
             states[:, names.index(side)] = level
         states[:, names.index("position")] = position
         states[:, names.index("velocity")] = velocity
-        # what is present slides
+        # only sliding samples are used
         states[:, names.index("seal_bend")] = SLIDING_BEND * np.sign(velocity)
         measured = experiment.matrix(self.channels)
         present = np.isfinite(states).all(axis=1) & np.isfinite(measured[:, 0])
-        seen = np.isfinite(experiment.readings["position"])
-        present &= seen
+        located = np.isfinite(experiment.readings["position"])
+        present &= located
         if self.later:
-            # the bend at the start is unknown until the first reversal
+            # the deflection at the start is unknown until the first reversal
             edges = reversals(position, velocity, RETREAT * par[self._distance])
             present[: edges[1] if len(edges) > 2 else 0] = False
         else:
-            # between the readings around a gap the data do not show where the rod turned
-            bend = PRESLIDING_OF_GUIDES if self.driven else PRESLIDING
-            present[seen] &= _sliding(position[seen], velocity[seen], bend)
+            # within a gap of the position, reversals are unknown
+            distance = PRESLIDING_OF_GUIDES if self.driven else PRESLIDING
+            present[located] &= _sliding(position[located], velocity[located], distance)
         states[~present] = 0.0
         return MeasuredStates(
             experiment, self.channels, measured, states, acceleration, present, np.ones(1)
         )
 
     def _motion(self, experiment: Experiment) -> Motion:
-        """Return the motion of the rod, which no parameter of the model changes."""
+        """Return the motion of the rod, cached since it does not depend on parameters."""
         if id(experiment) not in self._motions:
-            found = motion(experiment.readings["position"], experiment.period)
-            self._motions[id(experiment)] = experiment, found
+            smoothed = motion(experiment.readings["position"], experiment.period)
+            self._motions[id(experiment)] = experiment, smoothed
         return self._motions[id(experiment)][1]
 
     def innovations(
@@ -183,7 +184,7 @@ class StaticObserver(ExactForms):
     ) -> tuple[Array, Array]:
         """Return the weighted residual of the load force, shape (samples, 1), and the signals.
 
-        Without `track` the signals have no rows: most of the time went into writing them.
+        Without `track` the signals are not stored, which saves most of the time.
         """
         model = self.model
         path = np.zeros((len(frozen.states) if track else 0, len(model.signal_names)))
@@ -196,10 +197,10 @@ class StaticObserver(ExactForms):
         return residual[:, None] * frozen.weights, path
 
     def _bent(self, frozen: MeasuredStates, distance: float) -> Array:
-        """Return the states with what bends by a presliding distance [m]."""
+        """Return the states with bristle deflections for a presliding distance [m]."""
         position, velocity, _ = self._motion(frozen.experiment).states.T
         states = frozen.states.copy()
-        # the model's direction is the tangent of a bend
+        # the model's direction is the hyperbolic tangent of the deflection
         bends = np.arctanh(ALL_BUT * directions(position, velocity, distance))
         states[:, self._bends] = bends[:, None]
         return states
@@ -207,56 +208,59 @@ class StaticObserver(ExactForms):
     def with_other_sensors(
         self, frozen: MeasuredStates, par: Array, chan: Array, others: Sequence[Array]
     ) -> Array:
-        """Return the residuals with other sensors: nothing corrects the states."""
+        """Return the residuals with other sensors; there are no state corrections."""
         return np.stack([self.innovations(frozen, par, other)[0] for other in others])
 
     def weigh(self, frozen: MeasuredStates, par: Array, chan: Array) -> None:
-        """Weigh residuals by the noise of this experiment, until it shares that of others."""
+        """Set the weights from the noise of this experiment, until `share` is called."""
         frozen.weights = np.ones(1)
         residual = self.innovations(frozen, par, chan)[0][:, 0]
         e = frozen.experiment
-        seen = correlogram(residual, frozen.present, e.period, e.copies)
-        frozen.correlogram = seen
-        self.share(frozen, shared([seen]))
+        frozen.correlogram = correlogram(residual, frozen.present, e.period, e.copies)
+        self.share(frozen, shared([frozen.correlogram]))
 
-    def noise_seen(self, frozen: MeasuredStates) -> Correlogram | None:
-        """Return what an experiment tells of the noise that all share."""
+    def noise_estimate(self, frozen: MeasuredStates) -> Correlogram | None:
+        """Return an experiment's contribution to the common noise."""
         return frozen.correlogram
 
     def share(self, frozen: MeasuredStates, noise: Noise) -> None:
-        """Weigh residuals so that the sum of their squares counts independent values."""
+        """Set the weights for which the sum of squares counts independent values."""
         e = frozen.experiment
         frozen.weights = np.array([noise.weight(e.period, e.copies)])
 
     def regressors(self, frozen: MeasuredStates, path: Array) -> Regressors:
-        """Return what a term may depend on."""
+        """Return the regressors of free terms."""
         e = frozen.experiment
         return regressors(path, self.model.signal_names, e.period, absent=self.absent)
 
     def through(self, frozen: MeasuredStates, balance: Balance, terms: Array) -> Array:
-        """Return the change of the residual that terms make."""
+        """Return the change of the residual by terms."""
         sign = 1.0 if balance is PISTON and not self.driven else -1.0
         return np.asarray(np.where(frozen.present, sign * terms.T, 0.0) * frozen.weights[0])
 
 
-def _sliding(position: Array, velocity: Array, bend: float) -> Mask:
-    """Tell where the rod has slid on since its last reversal, and goes on to slide.
+def _sliding(position: Array, velocity: Array, distance: float) -> Mask:
+    """Return a mask of samples in gross sliding, the only ones at which friction has no memory.
 
-    A balance without memory holds only there: seals bend before they slide, by `bend` [m].
+    Args:
+        position: along the path [m].
+        velocity: there [m/s].
+        distance: presliding distance [m].
+
     """
-    edges = reversals(position, velocity, RETREAT * bend)
+    edges = reversals(position, velocity, RETREAT * distance)
     run = np.clip(np.searchsorted(edges, np.arange(len(position)), "right") - 1, 0, len(edges) - 2)
     begin, end = position[edges[run]], position[edges[run + 1]]
     along = velocity * (end - begin) > 0.0
-    begun = np.abs(position - begin) > bend
-    return np.asarray(along & begun & (np.abs(position - end) > 0.5 * bend))
+    begun = np.abs(position - begin) > distance
+    return np.asarray(along & begun & (np.abs(position - end) > 0.5 * distance))
 
 
 def examinable(candidate: Coordinate, predictor: StaticObserver) -> bool:
-    """Whether the force balance alone can show an effect; bristles need their past.
+    """Return whether an effect without memory changes the force balance.
 
-    The force of a drive shows what acts on the load, too; but all friction is one friction there,
-    and all mass one mass.
+    The force of a drive depends on effects of the load, too; friction and mass of piston and load
+    are then not separable.
     """
     effect = candidate.effect
     if effect is None or candidate.channel not in ("", "load_force"):

@@ -1,9 +1,8 @@
-"""Velocity and acceleration of a measured position, by a smoother that takes its noise from data.
+"""Velocity and acceleration of a measured position, by a Kalman smoother with estimated noise.
 
-How noisy the position is, and how hard the snap that moves it, are those two levels that make the
-readings likeliest. Motion is uneven: a rod that reverses has snaps that one that goes on has not.
-So the level of the snap is then found for every moment, from what the smoother sees around it
-(expectation maximisation; Dempster, Laird and Rubin 1977).
+The measurement noise and the density of the snap that drives the motion maximise the likelihood.
+The snap is larger at reversals; its density is therefore re-estimated for every sample from the
+smoothed states around it (expectation maximisation; Dempster, Laird and Rubin 1977).
 """
 
 import math
@@ -17,21 +16,22 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.benches.rts_smoother import ORDER, backwards, forwards
 
 TRIED = np.exp(np.arange(-60.0, 11.0, 2.0))
-"""Densities of the snap over the noise, both as they act in one sample: from a parabola through all
-samples to a line through each."""
+"""Snap densities over the noise, per sample: from one parabola through all samples to no
+smoothing."""
 
 AROUND = 5
-"""Samples that share a level of the snap (assumed: fewer are chance, more smear a start)."""
+"""Samples over which the snap density is averaged (assumed: fewer are too noisy, more blur the
+start of a motion)."""
 
 PASSES = 8
-"""Iterations by which that level has settled."""
+"""Iterations until the snap density has converged."""
 
 FAINTEST = 1e-6
-"""Least snap over that of the whole recording (assumed): a rod at rest has none, but less
-would leave little of the digits in which the smoother counts."""
+"""Smallest snap density over that of the whole recording (assumed); limits rounding errors of the
+smoother at standstill."""
 
 FINEST = 1e-6
-"""Least noise over the travel (assumed): finer than any position sensor."""
+"""Smallest noise over the travel (assumed); less than that of any position sensor."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Motion:
 
 
 def motion(position: Array, period: float) -> Motion:
-    """Return the motion behind readings of a position.
+    """Return the smoothed motion for readings of a position.
 
     Args:
         position: readings [m], NaN where missing.
@@ -61,9 +61,9 @@ def motion(position: Array, period: float) -> Motion:
     noise, snap = _levels((position - centre) / least)
     level = np.full(len(position), snap)
     for _ in range(PASSES):
-        found = _smoothed((position - centre) / (noise * least), level)
-        around = uniform_filter1d(level * found.snap, AROUND, mode="nearest")
-        before, noise = noise, max(noise * found.noise, 1.0)
+        smoothed = _smoothed((position - centre) / (noise * least), level)
+        around = uniform_filter1d(level * smoothed.snap, AROUND, mode="nearest")
+        before, noise = noise, max(noise * smoothed.noise, 1.0)
         level = np.maximum(around, FAINTEST * snap) * (before / noise) ** 2
     noise *= least
     states = _smoothed((position - centre) / noise, level).states[:, :3]
@@ -73,32 +73,32 @@ def motion(position: Array, period: float) -> Motion:
 
 
 def resolution(values: Array) -> float:
-    """Return the step in which readings are rounded, or the least by which any two differ."""
+    """Return the resolution of readings: the smallest difference of two of them."""
     levels = np.unique(values[np.isfinite(values)])
     return float(np.min(np.diff(levels))) if len(levels) > 1 else 0.0
 
 
 def _least(position: Array) -> float:
-    """Return the least standard deviation that the noise of a position may have."""
+    """Return a lower limit of the standard deviation of a position's noise."""
     travel = float(np.nanmax(position) - np.nanmin(position))
     return max(resolution(position) / math.sqrt(12.0), FINEST * travel, 1e-12)
 
 
 def _levels(readings: Array) -> tuple[float, float]:
-    """Return the likeliest noise, at least one, and the snap's density in one sample over it."""
-    none = np.zeros((0, ORDER)), np.zeros((0, ORDER, ORDER))
-    best, found = np.inf, (1.0, 1.0)
+    """Return the most likely noise, at least 1, and the snap density per sample over it."""
+    nothing = np.zeros((0, ORDER)), np.zeros((0, ORDER, ORDER))
+    best, levels = np.inf, (1.0, 1.0)
     for snap in TRIED:
-        logarithms, squares, count = forwards(readings, np.full(len(readings), snap), *none)
+        logarithms, squares, count = forwards(readings, np.full(len(readings), snap), *nothing)
         variance = max(squares / max(count, 1), 1.0)
         loss = logarithms + count * np.log(variance) + squares / variance
         if loss < best:
-            best, found = loss, (float(np.sqrt(variance)), float(snap))
-    return found
+            best, levels = loss, (float(np.sqrt(variance)), float(snap))
+    return levels
 
 
 class _Smoothed(NamedTuple):
-    """States, and the levels of snap and noise that they make likeliest over those assumed."""
+    """States, and the re-estimated levels of snap and noise over the assumed ones."""
 
     states: Array
     snap: Array
@@ -106,10 +106,10 @@ class _Smoothed(NamedTuple):
 
 
 def _smoothed(readings: Array, snap: Array) -> _Smoothed:
-    """Return the states behind readings, all over the standard deviation of the noise."""
+    """Return the smoothed states of readings, both over the standard deviation of the noise."""
     count = len(readings)
     states, covariances = np.zeros((count, ORDER)), np.zeros((count, ORDER, ORDER))
-    found = np.ones(count)
+    snap_ratio = np.ones(count)
     forwards(readings, snap, states, covariances)
-    noise = backwards(readings, snap, states, covariances, found)
-    return _Smoothed(states, found, float(np.sqrt(noise)))
+    noise = backwards(readings, snap, states, covariances, snap_ratio)
+    return _Smoothed(states, snap_ratio, float(np.sqrt(noise)))

@@ -1,7 +1,7 @@
-"""Flow meters of a bench: transducers of flows that no channel of the emulator shows.
+"""Flow meters of a bench, in addition to the emulator's channels.
 
-They have the effects of every transducer. Their readings are made by the chain of the first channel
-of the model, in units in which both spans are the same.
+They have the same effects as every transducer. Their readings are computed with the signal chain of
+the model's first channel, after scaling to its span.
 """
 
 import copy
@@ -19,8 +19,8 @@ def with_meters(model: PlantModel, flows: Sequence[str]) -> PlantModel:
     """Return a model whose channels include flow meters, after the others.
 
     Args:
-        model: the model.
-        flows: names of the flows that are metered.
+        model: without flow meters.
+        flows: names of the metered flows.
 
     """
     metered = copy.copy(model)
@@ -50,7 +50,7 @@ class Meter:
         self._ideal = model.chan[self._row].copy()
 
     def reading(self, flow: Array, chan: Array, period: float) -> Array:
-        """Return what the meter shows.
+        """Return the readings of the meter.
 
         Args:
             flow: at every sample [m^3/s].

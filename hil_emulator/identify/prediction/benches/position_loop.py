@@ -1,4 +1,4 @@
-"""What a proportional position loop commands, where its reference was recorded and no current."""
+"""Current of a proportional position loop, for logs with its reference but without a current."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -12,22 +12,22 @@ from hil_emulator.identify.measured.experiment import REFERENCE, Array, Experime
 from hil_emulator.identify.prediction.benches.edge_flow import through_edge
 
 RATE_WINDOW = 0.02
-"""Time over which velocity and rate of pressure are fitted [s] (assumed)."""
+"""Window of the derivatives of position and pressure [s] (assumed)."""
 
 LARGE = 0.5
-"""Quantile of the control deviation above which a gain is fitted (assumed)."""
+"""Quantile of the control deviation above which samples are used (assumed)."""
 
 USUAL_DEAD_BAND = 1e-4
-"""Dead band that counts as a usual one [A] (assumed)."""
+"""Typical dead band, as the scale of the fit [A] (assumed)."""
 
 
 class Metered(NamedTuple):
-    """Samples of a loop that deviates much.
+    """Samples of a loop with a large control deviation.
 
     Attributes:
-        deviation: size of the control deviation [m].
-        drop: pressure over the edge that it opens to chamber a [Pa].
-        flow: through that edge, in the sense of the deviation [m^3/s].
+        deviation: absolute control deviation [m].
+        drop: pressure drop over the open edge of chamber a [Pa].
+        flow: through that edge, positive in the direction of the deviation [m^3/s].
 
     """
 
@@ -37,7 +37,7 @@ class Metered(NamedTuple):
 
 
 def commanded(e: Experiment, gain: float) -> Experiment:
-    """Return an experiment with the current that its loop commands.
+    """Return an experiment with the current that its loop commanded.
 
     Args:
         e: with position and its reference.
@@ -50,15 +50,15 @@ def commanded(e: Experiment, gain: float) -> Experiment:
 
 
 def in_loop(e: Experiment) -> bool:
-    """Whether an experiment tells its reference and no current."""
+    """Return whether an experiment has reference and position but no current."""
     return {REFERENCE, "position"} <= set(e.readings) and not len(e.current)
 
 
-def found_gain(experiments: Sequence[Experiment], plant: Mapping[str, float]) -> float:
-    """Return the gain with which the configured valve gives the flow into chamber a [A/m].
+def estimated_gain(experiments: Sequence[Experiment], plant: Mapping[str, float]) -> float:
+    """Return the loop gain for which the configured valve gives the flow into chamber a [A/m].
 
-    A v + (V/beta) dp/dt = q(k |e| - c, dp) by least squares, q the flow through an edge: c takes a
-    dead band. An error of the valve's gain goes into k, and their product is right.
+    Least squares fit of A v + (V/beta) dp/dt = q(k |e| - c, dp) with the flow q through an edge and
+    a dead band c. An error of the valve gain is compensated by k.
 
     Args:
         experiments: of one loop, see `in_loop`.
@@ -68,7 +68,7 @@ def found_gain(experiments: Sequence[Experiment], plant: Mapping[str, float]) ->
     every = [_metered(e, plant) for e in experiments]
     deviation, drop, flow = (np.concatenate(c) for c in zip(*every, strict=True))
     scale = max(float(np.std(flow)), 1e-300)
-    # at half the supply's pressure the mean flow tells the order of the gain
+    # order of magnitude, from the mean flow at half of the supply pressure
     usual: float = plant["valve_gain"] * np.sqrt(0.5 * plant["supply_pressure"])
     first = abs(float(np.mean(flow))) / max(usual * float(np.mean(deviation)), 1e-300)
 
@@ -76,12 +76,12 @@ def found_gain(experiments: Sequence[Experiment], plant: Mapping[str, float]) ->
         gain, dead = np.array([first, USUAL_DEAD_BAND]) * at
         return np.asarray((through_edge(gain * deviation - dead, drop, plant) - flow) / scale)
 
-    found: Array = least_squares(errors, [1.0, 0.0]).x
-    return first * float(found[0])
+    solution: Array = least_squares(errors, [1.0, 0.0]).x
+    return first * float(solution[0])
 
 
 def _metered(e: Experiment, plant: Mapping[str, float]) -> Metered:
-    """Return what passes into chamber a where the deviation is large."""
+    """Return the flow into chamber a for large deviations."""
     position, deviation = e.readings["position"], _deviation(e)
     pressure = e.readings.get("pressure_a", np.full(e.samples, 0.5 * plant["supply_pressure"]))
     area = plant["cylinder_piston_area"]

@@ -1,6 +1,6 @@
-"""Presliding: how far what is in contact bends along a measured path before it slides.
+"""Presliding: deflection of a frictional contact before gross sliding, along a measured path.
 
-Seals slide after micrometres, the pads of a friction damper after millimetres.
+The presliding distance of seals is micrometres, that of friction damper pads millimetres.
 """
 
 import math
@@ -14,36 +14,35 @@ from numpy.typing import NDArray
 from hil_emulator.identify.measured.experiment import Array
 
 RETREAT = 0.1
-"""Way back from which a rod has reversed, over the presliding distance (assumed: it bends a seal by
-little)."""
+"""Backward travel that counts as a reversal, over the presliding distance (assumed)."""
 
 FOLLOWED = 0.01
-"""Way back that a bend follows, over the presliding distance (assumed: it changes the direction by
-a fiftieth)."""
+"""Backward travel that changes the deflection, over the presliding distance (assumed; less changes
+the friction by below 2 %)."""
 
 LESS = 0.75
-"""Part of the sum of squares up to which presliding leaves less than friction that slides at once
-(assumed: nearly all is more)."""
+"""Ratio of sums of squares, with over without presliding, below which presliding is modelled
+(assumed)."""
 
 FINER = 1.1
-"""Ratio of the distances that are tried (assumed)."""
+"""Ratio of successive distances of the search (assumed)."""
 
 SHORTEST = 1e-5
-"""Least of them [m] (assumed: guides slide after 10 to 50 um)."""
+"""Smallest distance of the search [m] (assumed; guides slide after 10 to 50 um)."""
 
 MOST = 20_000
-"""Samples of a log that are looked at; of a longer one, evenly chosen ones."""
+"""Largest number of evenly chosen samples per log."""
 
 STROKES = 0.25
-"""Largest of them over the travel: friction changes its direction within four distances."""
+"""Largest distance of the search over the travel: friction changes sign within four distances."""
 
 
 class Path(NamedTuple):
-    """A measured motion, and the force that friction is a part of.
+    """A measured motion, and the force of friction, inertia and load.
 
     Attributes:
         states: position [m], velocity [m/s], acceleration [m/s^2], shape (samples, 3).
-        force: load force less that of the chambers [N], NaN where missing.
+        force: load force minus that of the chambers [N], NaN where missing.
 
     """
 
@@ -52,14 +51,14 @@ class Path(NamedTuple):
 
 
 def directions(position: Array, velocity: Array, distance: float) -> Array:
-    """Return the direction z of dry friction along a path, -1 to 1 where it slides.
+    """Return dry friction over its sliding value along a path, from -1 to 1.
 
-    dz/dx = (1 - z sign(v))/d (Dahl 1968), so that at z = 0 the stiffness is that of the model.
+    Dahl's model: dz/dx = (1 - z sign(v))/d (Dahl 1968), with the model's stiffness at z = 0.
 
     Args:
         position: along the path [m].
         velocity: there [m/s].
-        distance: presliding distance [m]; at the start nothing is bent.
+        distance: presliding distance [m]; the deflection at the start is zero.
 
     """
     edges = reversals(position, velocity, FOLLOWED * distance)
@@ -73,10 +72,13 @@ def directions(position: Array, velocity: Array, distance: float) -> Array:
 
 
 def reversals(position: Array, velocity: Array, retreat: float) -> NDArray[np.int64]:
-    """Return where the rod turned, and the first and the last sample.
+    """Return the samples of reversals, with the first and the last sample.
 
-    It turned where it then went back by more than `retreat` [m]: a noisy reading turns with every
-    sample.
+    Args:
+        position: along the path [m].
+        velocity: there [m/s].
+        retreat: backward travel that counts as a reversal [m], to ignore noise.
+
     """
     kept, onwards = [0], 0.0
     for i in (*(np.flatnonzero(np.diff(np.sign(velocity))) + 1), len(position) - 1):
@@ -90,9 +92,9 @@ def reversals(position: Array, velocity: Array, retreat: float) -> NDArray[np.in
 
 
 def distance_of(paths: Sequence[Path]) -> float:
-    """Return the presliding distance that fits logs [m]; 0 if friction slides nearly at once.
+    """Return the presliding distance with the best fit [m]; 0 if presliding improves it little.
 
-    Each log is fitted by dry and viscous friction, inertia, a spring and a constant.
+    Each log is fitted by dry and viscous friction, inertia, a spring and a constant force.
     """
     paths = [Path(*(part[:: -(-len(part) // MOST)] for part in path)) for path in paths]
     travel = max(float(np.ptp(path.states[:, 0])) for path in paths)
@@ -109,7 +111,7 @@ def distance_of(paths: Sequence[Path]) -> float:
 
 
 def _left(path: Path, direction: Array) -> float:
-    """Return the sum of squares that is left of the force [N^2]."""
+    """Return the residual sum of squares of the force [N^2]."""
     good = np.isfinite(path.force)
     rows = np.column_stack([direction, path.states, np.ones(len(direction))])[good]
     rows /= np.maximum(np.linalg.norm(rows, axis=0), 1e-30)

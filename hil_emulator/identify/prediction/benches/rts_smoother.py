@@ -1,9 +1,9 @@
-"""The loop that smooths a position: a Kalman filter forwards, its adjoint backwards.
+"""Compiled smoother of a position: a forward Kalman filter and its adjoint backward pass.
 
 The state is position, velocity times the period, acceleration times its square and jerk times its
-cube, all over the standard deviation of the noise. White snap drives it, the next derivative: a rod
-that reverses within ten samples has an acceleration that white jerk would smear (Bar-Shalom et al.
-2001, section 6.2, to one order more).
+cube, all over the standard deviation of the noise. It is driven by white snap: white jerk would
+blur the acceleration of a rod that reverses within ten samples (Bar-Shalom et al. 2001, section
+6.2, extended by one order).
 """
 
 from pathlib import Path
@@ -17,7 +17,7 @@ _compiled = allocating(nogil=True)
 _entry_point = entry_point(Path(__file__), nogil=True, _nrt=True)
 
 ORDER = 4
-"""Derivatives in the state, that of order zero included."""
+"""Number of states: the position and three derivatives."""
 
 DRIVEN = np.array([
     [1 / 252, 1 / 72, 1 / 30, 1 / 24],
@@ -25,31 +25,32 @@ DRIVEN = np.array([
     [1 / 30, 1 / 8, 1 / 3, 1 / 2],
     [1 / 24, 1 / 6, 1 / 2, 1.0],
 ])  # fmt: skip
-"""Covariance that white snap of unit density adds in one sample."""
+"""Process noise covariance of white snap of unit density, per sample."""
 
 VAGUE = 1e8
-"""Variance of the derivatives before anything was read."""
+"""Initial variance of all states."""
 
 
 @_entry_point
 def forwards(readings: Any, snap: Any, states: Any, covariances: Any) -> tuple[float, float, int]:
-    """Filter readings; return the two sums of the likelihood, and how many readings counted.
+    """Run the filter over readings.
 
     Args:
         readings: over the noise's standard deviation, NaN where missing.
         snap: density of the snap from each sample to the next.
-        states: predicted from the past, shape (samples, 4) or none; overwritten.
-        covariances: of these, shape (samples, 4, 4) or none; overwritten.
+        states: receives the predicted states, shape (samples, 4) or (0, 4).
+        covariances: receives their covariances, shape (samples, 4, 4) or (0, 4, 4).
 
     Returns:
-        The sum of the logarithms of the innovations' variances, that of the innovations' squares
-        over them, and their number; the first four readings only tell where it began.
+        Sum of the logarithms of the innovations' variances, sum of the squared innovations over
+        their variances, and number of innovations. The first four readings initialise the state
+        and are not counted.
 
     """
     x, p, gain = np.zeros(ORDER), np.zeros((ORDER, ORDER)), np.zeros(ORDER)
     for i in range(ORDER):
         p[i, i] = VAGUE
-    logarithms, squares, seen = 0.0, 0.0, 0
+    logarithms, squares, used = 0.0, 0.0, 0
     for k in range(len(readings)):
         if k:
             proceed(x)
@@ -57,7 +58,7 @@ def forwards(readings: Any, snap: Any, states: Any, covariances: Any) -> tuple[f
             for i in range(ORDER):
                 for j in range(ORDER):
                     p[i, j] += snap[k - 1] * DRIVEN[i, j]
-        if np.isfinite(readings[k]) and not seen:
+        if np.isfinite(readings[k]) and not used:
             x[0] = readings[k]
         if len(states):
             states[k] = x
@@ -70,40 +71,40 @@ def forwards(readings: Any, snap: Any, states: Any, covariances: Any) -> tuple[f
             for i in range(ORDER):
                 for j in range(ORDER):
                     p[i, j] -= variance * gain[i] * gain[j]
-            seen += 1
-            if seen > ORDER:
+            used += 1
+            if used > ORDER:
                 logarithms += np.log(variance)
                 squares += error * error / variance
-    return logarithms, squares, max(seen - ORDER, 0)
+    return logarithms, squares, max(used - ORDER, 0)
 
 
 @_entry_point
-def backwards(readings: Any, snap: Any, states: Any, covariances: Any, found: Any) -> float:
-    """Smooth what `forwards` predicted (Bryson and Frazier 1963).
+def backwards(readings: Any, snap: Any, states: Any, covariances: Any, snap_ratio: Any) -> float:
+    """Smooth the states of `forwards` (Bryson and Frazier 1963).
 
     Args:
-        readings: as there.
-        snap: as there.
-        states: as there; overwritten by the smoothed ones.
-        covariances: as there.
-        found: the density of the snap from each sample to the next by what was read before and
-            after, expected value over that was assumed; overwritten.
+        readings: as for `forwards`.
+        snap: as for `forwards`.
+        states: as from `forwards`; replaced by the smoothed states.
+        covariances: as from `forwards`.
+        snap_ratio: receives the expected snap density over the assumed one, from each sample to
+            the next.
 
     Returns:
-        The variance of the noise in the same way.
+        The expected variance of the noise over the assumed one.
 
     """
     slope, curvature, gain = np.zeros(ORDER), np.zeros((ORDER, ORDER)), np.zeros(ORDER)
-    found[-1] = 1.0
-    squares, seen = 0.0, 0
+    snap_ratio[-1] = 1.0
+    squares, used = 0.0, 0
     for k in range(len(readings) - 1, -1, -1):
         x, p = states[k], covariances[k]
         if k < len(readings) - 1:
-            pushed = 0.0
+            excess = 0.0
             for i in range(ORDER):
                 for j in range(ORDER):
-                    pushed += DRIVEN[i, j] * (slope[i] * slope[j] - curvature[i, j])
-            found[k] = 1.0 + snap[k] * pushed / ORDER
+                    excess += DRIVEN[i, j] * (slope[i] * slope[j] - curvature[i, j])
+            snap_ratio[k] = 1.0 + snap[k] * excess / ORDER
             recede(slope)
             for i in range(ORDER):
                 recede(curvature[:, i])
@@ -117,7 +118,7 @@ def backwards(readings: Any, snap: Any, states: Any, covariances: Any, found: An
             error = dot(gain, slope) + (readings[k] - x[0]) / variance
             certainty = dot(gain, pulled) + 1.0 / variance
             squares += error * error + 1.0 - certainty
-            seen += 1
+            used += 1
             slope[0] -= error
             curvature[0, 0] += certainty
             for i in range(ORDER):
@@ -125,12 +126,12 @@ def backwards(readings: Any, snap: Any, states: Any, covariances: Any, found: An
                 curvature[i, 0] -= pulled[i]
             even(curvature)
         x -= multiply(p, slope)
-    return squares / max(seen, 1)
+    return squares / max(used, 1)
 
 
 @_compiled
 def proceed(x: Any) -> None:
-    """Move a state on by one sample."""
+    """Advance a state by one sample, in place."""
     x[0] += x[1] + 0.5 * x[2] + x[3] / 6.0
     x[1] += x[2] + 0.5 * x[3]
     x[2] += x[3]
@@ -138,7 +139,7 @@ def proceed(x: Any) -> None:
 
 @_compiled
 def recede(slope: Any) -> None:
-    """Move a derivative by the state back by one sample."""
+    """Propagate a gradient with respect to the state back by one sample, in place."""
     slope[3] += slope[2] + 0.5 * slope[1] + slope[0] / 6.0
     slope[2] += slope[1] + 0.5 * slope[0]
     slope[1] += slope[0]
@@ -146,7 +147,7 @@ def recede(slope: Any) -> None:
 
 @_compiled
 def carry(p: Any) -> None:
-    """Move a covariance on by one sample."""
+    """Propagate a covariance by one sample, in place, without process noise."""
     for i in range(ORDER):
         proceed(p[:, i])
     for i in range(ORDER):
@@ -156,7 +157,7 @@ def carry(p: Any) -> None:
 
 @_compiled
 def even(p: Any) -> None:
-    """Make a matrix symmetric: what rounding adds to the other part would grow."""
+    """Make a matrix symmetric, since antisymmetric rounding errors would grow."""
     for i in range(ORDER):
         for j in range(i):
             p[i, j] = p[j, i] = 0.5 * (p[i, j] + p[j, i])

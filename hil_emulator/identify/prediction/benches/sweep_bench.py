@@ -1,8 +1,8 @@
-"""A valve in a slow sweep: every row an equilibrium, so that a sweep of minutes takes no longer.
+"""Predictor for slow sweeps of a valve: each row is an equilibrium, independent of its duration.
 
-Where the flow through a port is metered, the port is open and its recorded pressure is given;
-otherwise both ports are blocked, and their pressures are predicted. A line that collects leakage
-takes what the pilot stage would else give to the return line.
+A port with a metered flow is open, and its pressure is given by the recording; otherwise both ports
+are blocked, and their pressures are predicted. A leakage line collects the pilot flow, which would
+otherwise be part of the return flow.
 """
 
 import copy
@@ -36,42 +36,42 @@ from hil_emulator.model.equilibrium import SCALES, units_of_states
 from hil_emulator.model.stages import friction, late_set_point, pilot, set_point, spool
 
 ROWS = 3000
-"""Rows to which a recording is averaged: a sweep over the full range then steps by 0.1 % of it."""
+"""Largest number of rows after averaging: steps of about 0.1 % of the full range."""
 
 PORTS = {"flow_a": "pressure_a", "flow_b": "pressure_b"}
-"""The pressure that has to be known where a flow is metered."""
+"""Pressure that must be recorded with each metered flow."""
 
 SHOWN = ("pressure_a", "pressure_b", "spool_position")
-"""Channels that a sweep with blocked ports may predict besides flows."""
+"""Channels that are predicted in addition to flows."""
 
 METERED = {
     FLOW_A: ("flow_a",), FLOW_B: ("flow_b",), NULL_FLOW: ("supply_flow", "return_flow"),
 }  # fmt: skip
-"""Channels that show a flow as it is, by balance."""
+"""Channels that measure the flow of a balance directly."""
 
-UNSEEN = (friction.table, "cylinder", "load", "oil")
-"""Tables whose effects do not reach a valve at rest."""
+HIDDEN = (friction.table, "cylinder", "load", "oil")
+"""Tables whose effects do not change a valve in equilibrium."""
 
 CORRELATED_SHARE = 0.01
-"""Part of a sweep over which its residuals may be correlated (assumed)."""
+"""Share of a sweep over which its residuals may be correlated (assumed)."""
 
 TAKES_TIME = (set_point, late_set_point, pilot, spool)
-"""Stages that act on motion alone."""
+"""Stages with dynamic effects only."""
 
 PROBE_STEPS = 10.0
-"""Step of a derivative by a term, in usual sizes of its probe (assumed)."""
+"""Step of a derivative by a term, in typical sizes of its probe (assumed)."""
 
 
 @dataclass(kw_only=True)
 class SweepStates(MeasuredStates):
-    """One experiment as rows at rest.
+    """One experiment as rows in equilibrium.
 
     Attributes:
-        data: what is given in each row.
-        noise: of each channel.
-        par: the plant's parameters at which it was frozen.
-        chan: the transducers'.
-        responses: of each row's readings to a term, by probe.
+        data: inputs of each row.
+        noise: standard deviation of each channel.
+        par: plant parameters when it was frozen.
+        chan: transducer parameters when it was frozen.
+        responses: derivative of each row's readings by a term, by probe.
 
     """
 
@@ -86,9 +86,9 @@ class SweepBench(ExactForms):
     """Computes residuals of a slow sweep, with the interface of `predictor.Predictor`.
 
     Args:
-        model: the model, bounded by its bench.
-        channels: what is predicted: flows, and of blocked ports the pressures.
-        given: pressures of the ports whose flow is metered.
+        model: with the boundary conditions of its bench.
+        channels: that are predicted: flows, and pressures of blocked ports.
+        given: pressures of the ports with a metered flow.
         correlation_time: over which residuals may be correlated [s].
 
     """
@@ -118,20 +118,20 @@ class SweepBench(ExactForms):
 
     @property
     def balances(self) -> tuple[Balance, ...]:
-        """The balances that the channels can show."""
-        found = [SPOOL]
-        found += [FLOW_A] if {"flow_a", "pressure_a"} & set(self.channels) else []
-        found += [FLOW_B] if {"flow_b", "pressure_b"} & set(self.channels) else []
-        found += [LEAKAGE] if {"pressure_a", "pressure_b"} <= set(self.channels) else []
-        found += [NULL_FLOW] if set(METERED[NULL_FLOW]) & set(self.channels) else []
-        return tuple(found)
+        """Balances whose terms change the channels."""
+        balances = [SPOOL]
+        balances += [FLOW_A] if {"flow_a", "pressure_a"} & set(self.channels) else []
+        balances += [FLOW_B] if {"flow_b", "pressure_b"} & set(self.channels) else []
+        balances += [LEAKAGE] if {"pressure_a", "pressure_b"} <= set(self.channels) else []
+        balances += [NULL_FLOW] if set(METERED[NULL_FLOW]) & set(self.channels) else []
+        return tuple(balances)
 
     def cost(self, par: Array) -> float:
-        """Return that every prediction takes as long as any other."""
+        """Return 1: all predictions take the same time."""
         return 1.0
 
     def freeze(self, experiment: Experiment, par: Array, chan: Array) -> SweepStates:
-        """Turn readings into what each row is given."""
+        """Convert readings to the inputs of each row."""
         e = experiment
         supply = e.readings.get("supply_pressure", np.full(e.samples, par[self.model.supply]))
         given = np.column_stack(
@@ -161,22 +161,22 @@ class SweepBench(ExactForms):
     def with_other_sensors(
         self, frozen: SweepStates, par: Array, chan: Array, others: Sequence[Array]
     ) -> Array:
-        """Return the residuals with other sensors: nothing corrects the states."""
+        """Return the residuals with other sensors; there are no state corrections."""
         inside, data = slice(len(self.model.sources) * self._fields), frozen.data
         run, rows = self._run(data, par, chan), []
         for other in others:
-            apart = not np.array_equal(other[inside], chan[inside], equal_nan=True)
-            shown, path = self._run(data, par, other) if apart else run
+            changed = not np.array_equal(other[inside], chan[inside], equal_nan=True)
+            shown, path = self._run(data, par, other) if changed else run
             rows.append(self._residual(frozen, self._read(data, shown, path, other)))
         return np.stack(rows)
 
     def _predicted(self, data: Sweep, par: Array, chan: Array) -> tuple[Array, Array]:
-        """Return what each channel should show, shape (samples, channels), and the signals."""
+        """Return the predicted readings, shape (samples, channels), and the signals."""
         shown, path = self._run(data, par, chan)
         return self._read(data, shown, path, chan), path
 
     def _run(self, data: Sweep, par: Array, chan: Array) -> tuple[Array, Array]:
-        """Return what the model's channels show, and its signals."""
+        """Return the readings of the model's channels, and its signals."""
         model = self.model
         still = {"position", "velocity", *self.given}
         places: Index = np.array(
@@ -188,7 +188,7 @@ class SweepBench(ExactForms):
         return model.loops.sweep(model.at(par, chan), data, start, solved, model.probes)
 
     def _read(self, data: Sweep, shown: Array, path: Array, chan: Array) -> Array:
-        """Return what each channel should show, by the model's readings and signals."""
+        """Return the predicted readings from the model's readings and signals."""
         columns = [
             self._metering[n].reading(self._metered(n, path), chan, data.period) if n in FLOWS
             else shown[:, self.model.names.index(n)] for n in self.channels
@@ -196,14 +196,14 @@ class SweepBench(ExactForms):
         return np.column_stack(columns)
 
     def _metered(self, name: str, path: Array) -> Array:
-        """Return the flow that a meter measures."""
+        """Return the flow through a meter."""
         flow = path[:, self._meters[name]].sum(axis=1)
         if name == "return_flow" and "leakage_line_flow" in self.channels:
             return np.asarray(flow - path[:, self._drained])
         return np.asarray(flow)
 
     def weigh(self, frozen: SweepStates, par: Array, chan: Array) -> None:
-        """Give each channel's residual a standard deviation of one where nothing is missing."""
+        """Set the weights for residuals of unit variance without missing effects."""
         frozen.weights = np.ones(len(self.channels))
         residual = self.innovations(frozen, par, chan)[0]
         present = np.isfinite(frozen.measured)
@@ -212,22 +212,22 @@ class SweepBench(ExactForms):
             residual, present, frozen.noise, stretch, frozen.experiment.copies
         )
 
-    def noise_seen(self, frozen: SweepStates) -> None:
-        """Return that every experiment has a noise of its own."""
+    def noise_estimate(self, frozen: SweepStates) -> None:
+        """Return None: each experiment has a noise of its own."""
 
     def share(self, frozen: SweepStates, noise: Noise) -> None:
-        """Do nothing: there is none."""
+        """Do nothing: there is no common noise."""
 
     def regressors(self, frozen: SweepStates, path: Array) -> Regressors:
-        """Return what a term may depend on."""
+        """Return the regressors of free terms."""
         return regressors(path, self.model.signal_names, frozen.experiment.period)
 
     def _columns_of(self, balance: Balance) -> list[int]:
-        """Return the channels that show a flow as it is."""
+        """Return the indices of channels that measure the flow of a balance directly."""
         return [i for i, n in enumerate(self.channels) if n in METERED.get(balance, ())]
 
     def through(self, frozen: SweepStates, balance: Balance, terms: Array) -> Array:
-        """Return the change of the residuals that terms make."""
+        """Return the change of the residuals by terms."""
         return np.stack([self._through(frozen, balance, term) for term in terms.T])
 
     def _through(self, frozen: SweepStates, balance: Balance, term: Array) -> Array:
@@ -242,30 +242,31 @@ class SweepBench(ExactForms):
         return np.asarray((column * frozen.weights).ravel())
 
     def _response(self, frozen: SweepStates, probe: str) -> Array:
-        """Return the derivative of what the channels show by a term that is the same in all rows.
+        """Return the derivative of the readings by a term with the same value in all rows.
 
-        Rows at rest know little of each other, so a term in one of them is seen in it alone.
+        Rows in equilibrium are nearly independent, so that this is also the derivative by a term
+        in a single row.
         """
         if probe not in frozen.responses:
             place = [p.name for p in PROBES].index(probe)
             step = PROBE_STEPS * float(self.model.probe_sizes[place])
-            found = []
+            predicted = []
             for size in (-step, step):
                 terms = frozen.data.terms.copy()
                 terms[:, place] = size
                 data = frozen.data._replace(terms=terms)
-                found.append(self._predicted(data, frozen.par, frozen.chan)[0])
-            frozen.responses[probe] = np.asarray((found[1] - found[0]) / (2.0 * step))
+                predicted.append(self._predicted(data, frozen.par, frozen.chan)[0])
+            frozen.responses[probe] = np.asarray((predicted[1] - predicted[0]) / (2.0 * step))
         return frozen.responses[probe]
 
 
 def sweep_bench(
     model: PlantModel, experiments: Sequence[Experiment]
 ) -> tuple[SweepBench | None, str]:
-    """Return what predicts slow sweeps, or None and the reason.
+    """Return the predictor of slow sweeps, or None and the reason.
 
     Args:
-        model: the model.
+        model: of the actuator.
         experiments: all of them with the same channels.
 
     """
@@ -309,21 +310,21 @@ def _means(values: Array, block: int) -> Array:
 
 
 def _whole(values: Array) -> Array:
-    """Return values without holes."""
+    """Return values with gaps interpolated."""
     good = np.isfinite(values)
     index = np.arange(len(values))
     return np.asarray(np.interp(index, index[good], values[good]))
 
 
 def examinable(candidate: Coordinate, predictor: SweepBench) -> bool:
-    """Whether a slow sweep can show an effect: nothing of the valve that takes time."""
+    """Return whether a static effect changes a slow sweep."""
     effect = candidate.effect
     if effect is None or candidate.channel:
         return candidate.channel in predictor.channels
     if effect.knob.unit == "s":
         return False
     return all(
-        law.stage not in TAKES_TIME and law.stage.table not in UNSEEN
+        law.stage not in TAKES_TIME and law.stage.table not in HIDDEN
         and SUPPLY.name not in law.stage.balances
         for law in effect.laws
     )  # fmt: skip

@@ -1,7 +1,7 @@
-"""A valve alone: its current with its spool, or with the pressures of blocked ports.
+"""Predictor for a valve alone: its current with the spool position or with blocked port pressures.
 
-The rod does not move, so the model's is locked by a load that nothing can move; the chambers are
-then closed volumes at the configured position. Nothing of friction, load or motion can be seen.
+The rod is locked, and the chambers are closed volumes at the configured position. Effects of
+friction, load and motion are not observable.
 """
 
 from collections.abc import Sequence
@@ -27,23 +27,24 @@ from hil_emulator.model.sensors import CHANNELS
 CHANNELS_OF_A_VALVE = ("pressure_a", "pressure_b", "supply_pressure", "spool_position")
 
 CLOSED_CORRELATION = 0.5
-"""Correlation of pressure rates with flow into a closed volume that tells it is closed."""
+"""Correlation of pressure rate and valve flow above which a volume counts as closed."""
 
 DEAD_BANDS = (0.0, 0.2, 0.4, 0.6, 0.8)
-"""Quantiles of the current that may be within a dead band of the valve: the likeliest counts."""
+"""Quantiles of the current as dead bands of the valve; the one with the best correlation is
+used."""
 
 VOLUME_RATIO = 5.0
-"""Ratio of a closed volume to the configured one beyond which it is none of this machine's."""
+"""Largest ratio, either way, of a closed volume to the configured one."""
 
 PRESSURE_RATE_WINDOW = 5e-3
-"""Time over which a rate of pressure is fitted [s]."""
+"""Window of the derivative of a pressure [s]."""
 
 
 class ValveBench(Observer):
     """Predicts spool and closed chambers; the interface of `observer.Observer`.
 
     Args:
-        model: the model of the whole actuator; it stays as it is.
+        model: of the whole actuator; not modified.
         channels: those of `CHANNELS_OF_A_VALVE` that every experiment has.
 
     """
@@ -53,24 +54,24 @@ class ValveBench(Observer):
 
     @property
     def balances(self) -> tuple[Balance, ...]:
-        """The balances that the channels can show."""
-        found = [SPOOL]
+        """Balances whose terms change the channels."""
+        balances = [SPOOL]
         if "pressure_a" in self.channels:
-            found.append(FLOW_A)
+            balances.append(FLOW_A)
         if "pressure_b" in self.channels:
-            found.append(FLOW_B)
+            balances.append(FLOW_B)
         if {"pressure_a", "pressure_b"} <= set(self.channels):
-            found.append(LEAKAGE)
-        if "supply_pressure" in self.channels and len(found) > 1:
-            found.append(SUPPLY)
-        return tuple(found)
+            balances.append(LEAKAGE)
+        if "supply_pressure" in self.channels and len(balances) > 1:
+            balances.append(SUPPLY)
+        return tuple(balances)
 
 
 def bench(model: PlantModel, experiments: Sequence[Experiment]) -> tuple[ValveBench | None, str]:
-    """Return what predicts experiments without a motion, or None and the reason.
+    """Return the predictor of experiments without a motion, or None and the reason.
 
     Args:
-        model: the model.
+        model: of the actuator.
         experiments: without a moving position.
 
     """
@@ -92,7 +93,7 @@ def bench(model: PlantModel, experiments: Sequence[Experiment]) -> tuple[ValveBe
 
 
 def _closed(e: Experiment, name: str, model: PlantModel) -> bool:
-    """Tell whether a pressure changes by the valve's flow into a closed volume."""
+    """Return whether a pressure changes by the valve's flow into a closed volume."""
     p = model.plant_values
     pressure = e.readings[name]
     good = np.isfinite(pressure)
@@ -106,17 +107,17 @@ def _closed(e: Experiment, name: str, model: PlantModel) -> bool:
     area = p["cylinder_piston_area"] * (1.0 if side == "a" else p["cylinder_area_ratio"])
     volume = p[f"cylinder_dead_volume_{side}"] + area * inside
     still = float(np.ptp(filled)) < 1e-3 * SPANS[name]
-    likeness, ratio = 0.0, 0.0
+    best, ratio = 0.0, 0.0
     for dead in np.quantile(np.abs(current), DEAD_BANDS):
         flow = savgol_filter(_into(_beyond(current, dead), filled, e, p), width, 2)
-        if np.std(flow) > 0.0 and (like := float(np.corrcoef(flow, rate)[0, 1])) > likeness:
-            likeness, ratio = like, float(np.std(rate) / np.std(flow))
+        if np.std(flow) > 0.0 and (correlation := float(np.corrcoef(flow, rate)[0, 1])) > best:
+            best, ratio = correlation, float(np.std(rate) / np.std(flow))
     ratio *= volume / p["oil_bulk_modulus"]
-    return not still and likeness > CLOSED_CORRELATION and 1.0 / VOLUME_RATIO < ratio < VOLUME_RATIO
+    return not still and best > CLOSED_CORRELATION and 1.0 / VOLUME_RATIO < ratio < VOLUME_RATIO
 
 
 def _beyond(current: Array, dead: float) -> Array:
-    """Return what a dead band leaves of a current."""
+    """Return a current with a dead band subtracted."""
     return np.asarray(np.sign(current) * np.maximum(np.abs(current) - dead, 0.0))
 
 

@@ -12,7 +12,7 @@ from hil_emulator.identify.prediction.model_run.records import Data, Parametrise
 from hil_emulator.identify.prediction.model_run.run import install, move
 from hil_emulator.identify.prediction.model_run.small_matrices import copy
 
-UNSEEN = Seen(
+HIDDEN = Seen(
     np.zeros(0, np.int64), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0, 0)), np.zeros((0, 0))
 )
 """What a run leaves that nobody watches."""

@@ -9,7 +9,7 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from hil_emulator.identify.measured.experiment import Array, BetweenRows, Experiment, Mask, Single
-from hil_emulator.identify.prediction.filter.sensor_replay import UNSEEN, to_be_seen
+from hil_emulator.identify.prediction.filter.sensor_replay import HIDDEN, to_be_seen
 from hil_emulator.identify.prediction.free_terms.balances import SUPPLY, TERMS, Balance
 from hil_emulator.identify.prediction.free_terms.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.model_run.records import (
@@ -173,7 +173,7 @@ class Observer:
             return recent[point] * frozen.weights, path
         residual = np.empty_like(data.measured)
         model = self.at(par, chan, data, every_signal=track)
-        self.model.loops.predict(model, data, frozen.start, frozen.gains, residual, path, UNSEEN)
+        self.model.loops.predict(model, data, frozen.start, frozen.gains, residual, path, HIDDEN)
         residual[data.settling] = 0.0
         # as a whole: other threads predict as well
         frozen.recent = dict([*recent.items(), (point, residual)][-RECENT:])
@@ -226,7 +226,7 @@ class Observer:
         found = {b for b, _ in TERMS if b.probes or b.channel in self.channels}
         return tuple(found | ({SUPPLY} if "supply_pressure" in self.channels else set()))
 
-    def noise_seen(self, frozen: Frozen) -> None:
+    def noise_estimate(self, frozen: Frozen) -> None:
         """Return that every experiment has a noise of its own."""
 
     def share(self, frozen: Frozen, noise: Noise) -> None:

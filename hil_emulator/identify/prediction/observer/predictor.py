@@ -43,7 +43,7 @@ class Predictor(Protocol):
     def weigh(self, frozen: Any, par: Array, chan: Array) -> None:
         """Give the residuals a standard deviation of one."""
 
-    def noise_seen(self, frozen: Any) -> Correlogram | None:
+    def noise_estimate(self, frozen: Any) -> Correlogram | None:
         """Return what an experiment tells of a noise that all share; None if each has its own."""
 
     def share(self, frozen: Any, noise: Noise) -> None:

@@ -156,7 +156,7 @@ def _freeze(experiment: Experiment, predictor: Serialised, point: Point) -> _Kep
 
 
 def _seen(kept: _Kept, predictor: Serialised) -> Correlogram | None:
-    return deserialised(predictor).noise_seen(kept.frozen)
+    return deserialised(predictor).noise_estimate(kept.frozen)
 
 
 def _log_determinant(kept: _Kept, predictor: Serialised) -> float:

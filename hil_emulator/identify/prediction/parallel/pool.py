@@ -82,7 +82,7 @@ class Threads:
         frozen = list(side_by_side(
             lambda e: frozen_at(predictor, e, point, exact=self._exact), experiments, jobs
         ))  # fmt: skip
-        noise = noise_of_all([predictor.noise_seen(f) for f in frozen])
+        noise = noise_of_all([predictor.noise_estimate(f) for f in frozen])
         batch = LocalBatch(predictor, frozen, jobs)
         return batch if noise is None else batch.sharing(noise)
 

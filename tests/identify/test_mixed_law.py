@@ -12,7 +12,7 @@ from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.evidence import Evidence, Trial
-from hil_emulator.identify.selection.law_between import between
+from hil_emulator.identify.selection.mixed_law import mixed_laws
 from hil_emulator.identify.selection.progress import Round, Search
 from hil_emulator.identify.selection.scan import Score
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
@@ -81,7 +81,7 @@ WON = trial(THRESHOLD, 40000.0, 1.6), trial(HYSTERESIS, 32000.0, 0.5)
 def test_a_rival_that_shares_the_work_completes_the_law(twofold: Fitter) -> None:
     """A refit that begins between both shows the loop next to the fitted threshold."""
     base = fitted(twofold, [THRESHOLD], [1.6])
-    completions = between(twofold, searched(base, named(*WON)), lambda: None)
+    completions = mixed_laws(twofold, searched(base, named(*WON)), lambda: None)
     assert list(completions) == ["threshold"]
     assert completions["threshold"].rival == "hysteresis"
     assert 0.0 < completions["threshold"].part < 0.1
@@ -90,7 +90,7 @@ def test_a_rival_that_shares_the_work_completes_the_law(twofold: Fitter) -> None
 def test_where_the_law_fits_nothing_completes_it(single: Fitter) -> None:
     """A rival that explained much in its place, and adds nothing, is only a rival."""
     base = fitted(single, [THRESHOLD], [1.6])
-    assert between(single, searched(base, named(*WON)), lambda: None) == {}
+    assert mixed_laws(single, searched(base, named(*WON)), lambda: None) == {}
 
 
 def test_a_rival_that_fails_on_held_out_data_completes_nothing(
@@ -99,4 +99,4 @@ def test_a_rival_that_fails_on_held_out_data_completes_nothing(
     """The loop that the training data show is not in the valve of the others."""
     base = fitted(twofold, [THRESHOLD], [1.6])
     held = twofold.frozen_at(single.experiments, base.coordinates, base.at)
-    assert between(twofold, searched(base, named(*WON)), lambda: held) == {}
+    assert mixed_laws(twofold, searched(base, named(*WON)), lambda: held) == {}

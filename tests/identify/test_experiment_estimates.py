@@ -3,12 +3,17 @@
 import numpy as np
 import pytest
 
-from hil_emulator.identify.estimation.sizes import Sizes, parts_of_each
+from hil_emulator.identify.estimation.experiment_estimates import (
+    EstimatesByExperiment,
+    parts_per_experiment,
+)
 
 
-def of(values: list[float], variances: list[float]) -> Sizes:
+def of(values: list[float], variances: list[float]) -> EstimatesByExperiment:
     """Return sizes with their variances."""
-    return Sizes(1.0, 1, [str(i) for i in range(len(values))], list(values), list(variances))
+    return EstimatesByExperiment(
+        1.0, 1, [str(i) for i in range(len(values))], list(values), list(variances)
+    )
 
 
 def test_the_spread_is_that_of_a_published_analysis() -> None:
@@ -17,32 +22,32 @@ def test_the_spread_is_that_of_a_published_analysis() -> None:
               -1.3713, -0.3394, 0.4459, -0.0173]  # fmt: skip
     variances = [0.3256, 0.1946, 0.4154, 0.0200, 0.0512, 0.0069, 0.2230, 0.0040, 0.0564, 0.0730,
                  0.0124, 0.5325, 0.0714]  # fmt: skip
-    assert of(values, variances).spread ** 2 == pytest.approx(0.3088, abs=1e-3)
+    assert of(values, variances).between_experiments ** 2 == pytest.approx(0.3088, abs=1e-3)
 
 
 def test_sizes_of_one_law_differ_by_chance_as_often_as_reported() -> None:
     """Of machines with that law, one in twenty has sizes that one in twenty has."""
     random = np.random.default_rng(8)
     probabilities = [of((1.0 + random.standard_normal(6) * [0.1, 0.2, 0.1, 0.3, 0.1, 0.5]).tolist(),
-               [0.01, 0.04, 0.01, 0.09, 0.01, 0.25]).by_chance for _ in range(2000)]  # fmt: skip
+               [0.01, 0.04, 0.01, 0.09, 0.01, 0.25]).p_value for _ in range(2000)]  # fmt: skip
     for probability in (0.05, 0.5):
         assert np.mean(np.array(probabilities) < probability) == pytest.approx(
             probability, abs=0.035
         )
-    assert of([0.5, 1.0, 1.5], [1e-3] * 3).by_chance < 1e-9
-    assert of([0.5, 1.5], [1e-3] * 2).by_chance == 1.0
+    assert of([0.5, 1.0, 1.5], [1e-3] * 3).p_value < 1e-9
+    assert of([0.5, 1.5], [1e-3] * 2).p_value == 1.0
 
 
 def test_sizes_that_are_known_exactly_are_as_far_apart_as_they_are() -> None:
     """The spread is then the standard deviation of the sample."""
     values = [0.8, 1.0, 1.3, 1.1]
-    assert of(values, [1e-12] * 4).spread == pytest.approx(np.std(values, ddof=1))
+    assert of(values, [1e-12] * 4).between_experiments == pytest.approx(np.std(values, ddof=1))
 
 
 def test_sizes_within_their_own_uncertainty_are_not_apart() -> None:
     """Differences by chance are no spread, and of two sizes the odd one is unknown."""
-    assert of([0.9, 1.0, 1.1], [0.04] * 3).spread == 0.0
-    assert of([0.0, 2.0], [1e-4] * 2).spread == 0.0
+    assert of([0.9, 1.0, 1.1], [0.04] * 3).between_experiments == 0.0
+    assert of([0.0, 2.0], [1e-4] * 2).between_experiments == 0.0
 
 
 def test_one_more_experiment_lies_among_the_others() -> None:
@@ -51,8 +56,8 @@ def test_one_more_experiment_lies_among_the_others() -> None:
     ratios = []
     for _ in range(2000):
         drawn = 1.0 + 0.3 * random.standard_normal(7) + 0.1 * random.standard_normal(7)
-        sizes = of(drawn[:6].tolist(), [0.01] * 6)
-        ratios.append((drawn[6] - drawn[:6].mean(), sizes.elsewhere))
+        estimates = of(drawn[:6].tolist(), [0.01] * 6)
+        ratios.append((drawn[6] - drawn[:6].mean(), estimates.of_new_experiment))
     off, reported = np.array(ratios).T
     # the reported deviation does not include the uncertainty of the seventh size
     assert np.mean(off**2) - 0.01 == pytest.approx(np.mean(reported**2), rel=0.1)
@@ -68,10 +73,10 @@ def test_a_size_and_its_variance_are_those_of_a_straight_line() -> None:
             (random.standard_normal(400), white),
             (np.repeat(random.standard_normal(40), 10), lasting),
         ):
-            sizes = Sizes(1.0, 10)
+            estimates = EstimatesByExperiment(1.0, 10)
             # the machine has half as much more of it than the model
-            sizes.add("", shown, noise - 0.5 * shown)
-            draws.append((sizes.values[0], sizes.variances[0]))
+            estimates.add("", shown, noise - 0.5 * shown)
+            draws.append((estimates.values[0], estimates.variances[0]))
     for draws in (white, lasting):
         values, variances = np.array(draws).T
         assert np.mean(values) == pytest.approx(1.5, abs=4.0 * np.std(values) / np.sqrt(300))
@@ -81,31 +86,31 @@ def test_a_size_and_its_variance_are_those_of_a_straight_line() -> None:
 
 def test_of_few_experiments_each_is_divided() -> None:
     """The quarters of a single log show whether an effect has one size in all of it."""
-    assert [parts_of_each(count) for count in (1, 2, 3, 7)] == [4, 2, 1, 1]
+    assert [parts_per_experiment(count) for count in (1, 2, 3, 7)] == [4, 2, 1, 1]
     random = np.random.default_rng(4)
     shown = random.standard_normal(4000)
     # it grows from half of what is in the model to three halves
     growing = np.linspace(-0.5, 0.5, 4000) * shown
-    sizes = Sizes(1.0, 10)
-    sizes.add("a log", shown, 0.1 * random.standard_normal(4000) - growing, 4)
-    assert sizes.names == [f"a log, part {i} of 4" for i in (1, 2, 3, 4)]
-    assert sizes.values == pytest.approx([0.625, 0.875, 1.125, 1.375], abs=0.02)
-    assert sizes.by_chance < 1e-6
-    short = Sizes(1.0, 100)
+    estimates = EstimatesByExperiment(1.0, 10)
+    estimates.add("a log", shown, 0.1 * random.standard_normal(4000) - growing, 4)
+    assert estimates.names == [f"a log, part {i} of 4" for i in (1, 2, 3, 4)]
+    assert estimates.values == pytest.approx([0.625, 0.875, 1.125, 1.375], abs=0.02)
+    assert estimates.p_value < 1e-6
+    short = EstimatesByExperiment(1.0, 100)
     short.add("a log", shown, growing, 4)
     assert short.names == ["a log, part 1 of 2", "a log, part 2 of 2"]
 
 
 def test_an_experiment_without_information_has_no_size() -> None:
     """The experiment is left out."""
-    sizes = Sizes(1.0, 10)
-    sizes.add("", np.zeros(40), np.ones(40))
-    assert sizes.values == []
+    estimates = EstimatesByExperiment(1.0, 10)
+    estimates.add("", np.zeros(40), np.ones(40))
+    assert estimates.values == []
 
 
 def test_sizes_that_hardly_any_experiment_knows_are_not_compared() -> None:
     """Of what something else can do as well a remainder is left, whose sizes mean nothing."""
     values, variances = [3.2, 40.0, -60.0, 25.0], [0.5, 4.0, 9.0, 4.0]
-    assert of(values, variances).by_chance == 1.0
-    assert of(values, variances).spread == 0.0
-    assert of(values, [0.5, 0.5, 0.5, 4.0]).by_chance < 1e-6
+    assert of(values, variances).p_value == 1.0
+    assert of(values, variances).between_experiments == 0.0
+    assert of(values, [0.5, 0.5, 0.5, 4.0]).p_value < 1e-6

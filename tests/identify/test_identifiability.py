@@ -2,7 +2,7 @@
 
 import pytest
 
-from hil_emulator.identify.estimation.felt import felt
+from hil_emulator.identify.estimation.identifiability import identifiable
 from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.prediction.plant.parameters import ordinary
@@ -20,7 +20,7 @@ EDGE = {
 def free() -> list[Coordinate]:
     """Return what the reference machine's data feel."""
     logs = [recorded({}, kind, 1, 1.0) for kind in ("multisine", "steps")]
-    return felt(Observer(knee_model(), INSTRUMENTS), logs, ordinary(knee_model()))
+    return identifiable(Observer(knee_model(), INSTRUMENTS), logs, ordinary(knee_model()))
 
 
 def test_one_number_stands_for_a_product(free: list[Coordinate]) -> None:

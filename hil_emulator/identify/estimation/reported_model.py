@@ -1,0 +1,105 @@
+"""Reported values of a final model, with friction ripple integrated out, and their uncertainty."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hil_emulator.identify.estimation.experiment_estimates import (
+    EstimatesByExperiment,
+    parts_per_experiment,
+)
+from hil_emulator.identify.estimation.fit import Fit, Linearised
+from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, score_terms
+from hil_emulator.identify.estimation.map_fit import Fitter
+from hil_emulator.identify.estimation.projection import Projection
+from hil_emulator.identify.estimation.ripple import Profiled, Ripple, ripple_applies
+from hil_emulator.identify.measured.experiment import Array, Single
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+
+
+@dataclass(frozen=True)
+class ReportedModel:
+    """Reported values of a final model.
+
+    Attributes:
+        fit: maximum of the likelihood with the friction ripple integrated out.
+        deviations: standard deviation of each coordinate, by name.
+        estimates: estimates of each effect from single experiments, by name.
+        terms: free terms that are significant in addition to the ripple.
+
+    """
+
+    fit: Fit
+    deviations: Mapping[str, float]
+    estimates: Mapping[str, EstimatesByExperiment]
+    terms: Sequence[DiscrepancyTerm]
+
+
+def report_model(
+    fitter: Fitter, fit: Fit, effects: Sequence[Coordinate], held: Linearised | None,
+    terms: Sequence[DiscrepancyTerm],
+) -> ReportedModel | None:  # fmt: skip
+    """Return the reported values; None if friction ripple cannot be modelled.
+
+    Args:
+        fitter: with the training data, frozen at the fit.
+        fit: of the final model.
+        effects: named effects.
+        held: validation data linearised at the fit, or None.
+        terms: free terms, scored at the fit.
+
+    """
+    if not ripple_applies(fitter, fit):
+        return None
+    ripple = Ripple(fitter, fit)
+    named, every = [c.name for c in effects], [c.name for c in fit.coordinates]
+    trained = list(ripple.profiled(every))
+    residual = np.concatenate([one.residual for one in trained])
+    parts = parts_per_experiment(len(trained) + (len(held.batch.frozen) if held else 0))
+    estimates: dict[str, EstimatesByExperiment] = {}
+    for name in named:
+        i = every.index(name)
+        estimates[name] = EstimatesByExperiment(float(ripple.fit.at[i]), fitter.correlation_length)
+        for one in trained:
+            estimates[name].add(one.name, *_at_estimate(one, i, ripple.nonlinear_shift[i]), parts)
+    for one in ripple.profiled(named, held) if held else ():
+        for k, name in enumerate(named):
+            shift = ripple.nonlinear_shift[every.index(name)]
+            estimates[name].add(one.name, *_at_estimate(one, k, shift), parts)
+    return ReportedModel(
+        ripple.fit, _deviations(fitter, ripple.fit, trained, residual), estimates,
+        _remaining(fitter, replace(fit, residual=residual), terms),
+    )  # fmt: skip
+
+
+def _at_estimate(one: Profiled, i: int, shift: float) -> tuple[Single, Array]:
+    """Return the projected column of a coordinate, and the residual at its reported value."""
+    column = one.columns[i]
+    return column, one.residual + shift * column if shift else one.residual
+
+
+def _deviations(
+    fitter: Fitter, fit: Fit, trained: Sequence[Profiled], residual: Array
+) -> dict[str, float]:  # fmt: skip
+    """Return the standard deviation of each coordinate, with serial correlation.
+
+    Correlation increases only the share of the variance that comes from the data, not the prior's.
+    """
+    clusters, deviations = fitter.clusters, {}
+    for i, variance in enumerate(np.diag(fit.covariance()).tolist()):
+        column = np.concatenate([one.columns[i] for one in trained]).astype(np.float64)
+        widened = clusters.variance_factor(column, residual) - 1.0
+        part = min(variance * float(column @ column), 1.0)
+        deviations[fit.coordinates[i].name] = math.sqrt(variance * (1.0 + part * widened))
+    return deviations
+
+
+def _remaining(fitter: Fitter, fit: Fit, terms: Sequence[DiscrepancyTerm]) -> list[DiscrepancyTerm]:
+    """Return those terms that are significant with the ripple removed from the residual, too."""
+    titles = [t.title for t in terms if t.significant and not t.ripples]
+    if not titles:
+        return []
+    again = score_terms(fitter, fit.coordinates, fit.at, Projection(fit), only=titles)
+    return [t for t in again if t.significant]
