@@ -198,8 +198,8 @@ port_relief = Stage(
 
 # chambers
 vapour = Stage(
-    "vapour", "oil", ("pressure",), "pressure in a chamber", "Pa", "chain", repeated=True,
-    balances=FLOWS,
+    "vapour", "oil", ("pressure", "continued"), "pressure in a chamber", "Pa", "chain",
+    repeated=True, balances=FLOWS,
 )  # fmt: skip
 oil = Stage(
     "oil", "oil",
