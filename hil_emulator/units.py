@@ -52,6 +52,8 @@ _WORDS = {
     "1": "plain number",
 }
 
+_WORDS_ROTARY = {"m": "angle", "m/s": "speed of rotation", "N": "torque", "kg": "inertia"}
+"""What a quantity of a rotary axis may be as well, by the unit of a linear one."""
 
 _FACTORS = {
     "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "bar": 1e5, "mbar": 1e2, "psi": 6894.757293168361},
@@ -72,6 +74,8 @@ _FACTORS = {
     "s": {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0},
     "Hz": {"Hz": 1.0, "kHz": 1e3},
     "rad": {"deg": math.pi / 180.0, "rad": 1.0},
+    "rad/s": {"deg/s": math.pi / 180.0, "rad/s": 1.0},
+    "N*m": {"N*m": 1.0},
     "1": {"": 1.0, "%": 1e-2},
     "m^3/(s*Pa)": {"cm^3/(min*bar)": 1e-11 / 60.0},
     "Pa*s^2/m^6": {"bar*min^2/l^2": 3.6e14},
@@ -83,9 +87,16 @@ ATMOSPHERE = 101_325.0
 
 ROTARY = {
     "m": "rad", "m/s": "rad/s", "m/s^2": "rad/s^2", "N": "N*m", "N*s/m": "N*m*s", "N/m": "N*m",
-    "kg": "kg*m^2", "m^2": "m^3",
+    "kg": "kg*m^2", "m^2": "m^3", "m/N": "rad/(N*m)", "m/s/s": "rad/s^2", "N/s": "N*m/s",
 }  # fmt: skip
 """Unit of a rotary axis for that of a linear one: 1 m of the model stands for 1 rad."""
+
+_READ_AS_ROTARY = {
+    "m": "deg", "m/s": "deg/s", "m/s^2": "rad/s^2", "N": "N*m", "N*s/m": "N*m*s/rad",
+    "N/m": "N*m/rad", "kg": "kg*m^2", "m^2": "cm^3/rad", "m/N": "rad/(N*m)",
+    "m/s/s": "rad/s^2", "N/s": "N*m/s",
+}  # fmt: skip
+"""Units in which engineers read quantities of a rotary axis, by the unit of a linear one."""
 
 _rotary: ContextVar[bool] = ContextVar("rotary", default=False)
 
@@ -131,6 +142,12 @@ def _dimension(unit: str) -> str:
     return _measured(_registry().Quantity(1.0, unit), unit)
 
 
+def _wanted(unit: str) -> str:
+    """Return a word for a quantity of a unit, on a rotary axis two."""
+    turned = _WORDS_ROTARY.get(unit) if _rotary.get() else None
+    return f"{_dimension(unit)} or {turned}" if turned else _dimension(unit)
+
+
 def _parts(text: str) -> tuple[float, str]:
     """Return number and unit of a text.
 
@@ -173,6 +190,11 @@ def axis(*, rotary: bool) -> Iterator[None]:
         yield
     finally:
         _rotary.reset(token)
+
+
+def is_rotary() -> bool:
+    """Return whether quantities are those of a rotary axis, see `axis`."""
+    return _rotary.get()
 
 
 def _turned(quantity: "pint.Quantity[float]", written: str, unit: str) -> float | None:
@@ -249,16 +271,16 @@ def to_si(text: object, unit: str, example: str = "", *, difference: bool = Fals
     """
     hint = f', such as "{example}"' if example else ""
     if isinstance(text, bool) or not isinstance(text, str | int | float):
-        raise ValueError(f"{brief(text)} is not a quantity; a {_dimension(unit)} is wanted{hint}")
+        raise ValueError(f"{brief(text)} is not a quantity; a {_wanted(unit)} is wanted{hint}")
     if not isinstance(text, str) and unit != "1":
         raise ValueError(f"{brief(text)} has no unit; write it as text with a unit{hint}")
     written = f'"{brief(text)}"'
     try:
         value = _value(text, unit, difference=difference) if isinstance(text, str) else float(text)
     except _OtherDimensionError as found:
-        raise ValueError(f"{written} is a {found}; a {_dimension(unit)} is wanted{hint}") from None
+        raise ValueError(f"{written} is a {found}; a {_wanted(unit)} is wanted{hint}") from None
     except Exception:  # pint answers an unknown unit with many kinds of exception
-        raise ValueError(f"{written} cannot be read as a {_dimension(unit)}{hint}") from None
+        raise ValueError(f"{written} cannot be read as a {_wanted(unit)}{hint}") from None
     if math.isnan(value):
         raise ValueError(f"{written} is not a number")
     return value
@@ -358,13 +380,27 @@ def count(text: object, one: str) -> float:
         raise ValueError(f'{written} cannot be counted in "{brief(one)}"') from None
 
 
-READ_AS = {"Pa": "bar", "m": "mm", "A": "mA", "m/s": "mm/s"}
+_READ_AS = {"Pa": "bar", "m": "mm", "A": "mA", "m/s": "mm/s"}
 """Units in which engineers read signals, by their SI unit."""
+
+
+def read_as(unit: str, linear: str = "") -> str:
+    """Return the unit in which engineers read a signal, or another quantity along the axis.
+
+    Args:
+        unit: SI unit of the linear axis.
+        linear: the unit for a linear axis, where it is another one than that of signals.
+
+    """
+    of_rotary = _READ_AS_ROTARY.get(unit) if _rotary.get() else None
+    return of_rotary or linear or _READ_AS.get(unit, unit)
 
 
 def show(value: float, unit: str, shown: str = "") -> str:
     """Return an SI value as people write it: `show(1.6e7, "Pa", "bar")` is "160 bar"."""
     target = shown or unit
+    if target == _READ_AS_ROTARY.get(unit):
+        unit = ROTARY[unit]
     if math.isinf(value):
         return "unlimited" if value > 0.0 else "-unlimited"
     factor = 1.0 if target == unit else _FACTORS.get(unit, {}).get(target)

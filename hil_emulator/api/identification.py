@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from html import escape
@@ -27,6 +28,7 @@ from hil_emulator.identify.reporting.report import report
 from hil_emulator.identify.session import Question
 from hil_emulator.platform.output_files import FROM_PYTHON, refuse_existing, write_texts
 from hil_emulator.platform.paths import cache_folder
+from hil_emulator.units import axis
 
 if TYPE_CHECKING:
     import pandas
@@ -67,6 +69,11 @@ class Identification:
         """The missing effects by name, in the order of the search."""
         return {finding.name: finding for finding in self.result.effects}
 
+    @property
+    def _axis(self) -> AbstractContextManager[None]:
+        """Context in which quantities are written in the units of the actuator's axis."""
+        return axis(rotary=self.actuator.config.rotary)
+
     def improved(self) -> ActuatorModel:
         """Return the actuator with the missing effects and the refitted ordinary parameters.
 
@@ -76,7 +83,8 @@ class Identification:
         """
         if self.result.added is not None:
             raise UserError("an unknown term was added as a file: save(), then load the folder's")
-        text = layer(self.result, self.actuator.config.files, today())
+        with self._axis:
+            text = layer(self.result, self.actuator.config.files, today())
         return self.actuator.with_layer(text, LAYER)
 
     def plot(self) -> Picture:
@@ -88,14 +96,16 @@ class Identification:
         """
         if not self.result.traces:
             raise UserError(f"nothing to draw: {self.result.reason}")
-        return Picture(pictures.trace(self.result, pictures.widest_trace(self.result)))
+        with self._axis:
+            return Picture(pictures.trace(self.result, pictures.widest_trace(self.result)))
 
     def page(self) -> str:
         """Return the report as one HTML page."""
         name = self.actuator.name
         measured = self.verdict in MEASURED
         title = f"{name} compared with measurements" if measured else f"What {name} lacks"
-        return report(self.result, title, f"hil-emulator {__version__}, {today()}")
+        with self._axis:
+            return report(self.result, title, f"hil-emulator {__version__}, {today()}")
 
     def save(self, folder: str | Path, *, overwrite: bool = False) -> None:
         """Write result.json, identified.toml and report.html into a folder, all or no file.
@@ -108,7 +118,8 @@ class Identification:
             UserError: if a file exists or cannot be written.
 
         """
-        texts = {**findings(self.result, self.actuator.config.files), PAGE: self.page()}
+        with self._axis:
+            texts = {**findings(self.result, self.actuator.config.files), PAGE: self.page()}
         files = {Path(folder) / name: text for name, text in texts.items()}
         refuse_existing(files, overwrite=overwrite, way_out=FROM_PYTHON)
         write_texts(files, overwrite=overwrite)
@@ -208,10 +219,11 @@ def examined(
     if not logs:
         raise UserError("name at least one log")
     config = built_in(actuator.config)
-    learn, check = (_experiments(some, config, meaning) for some in (logs, validate))
-    result = session.identify(
-        config, learn, check, question, report, cache_folder(), jobs, cluster
-    )  # fmt: skip
+    with axis(rotary=config.rotary):
+        learn, check = (_experiments(some, config, meaning) for some in (logs, validate))
+        result = session.identify(
+            config, learn, check, question, report, cache_folder(), jobs, cluster
+        )
     return Identification(actuator, result)
 
 

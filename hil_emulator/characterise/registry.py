@@ -20,6 +20,7 @@ from hil_emulator.characterise.size import of_documents
 from hil_emulator.characterise.stand import Bench
 from hil_emulator.characterise.writing import outputs, write_result
 from hil_emulator.errors import UserError
+from hil_emulator.model.effects.lines import pressure_compensator
 from hil_emulator.model.equilibrium import NoEquilibriumError
 from hil_emulator.model.rests_on import rests_on
 from hil_emulator.platform.output_files import new_files, refuse_existing
@@ -62,6 +63,7 @@ def characterise(
     """Perform bench tests on an emulated actuator and write the results.
 
     The tests command the coil: ramps, compensation, spool feedback and dither of a driver are off.
+    They measure the spool without a pressure compensator, as a valve bench does.
 
     The files are a table (CSV), the result (JSON) and a picture (PNG) for each test, and
     `index.html` for all tests. They are written when all tests are done.
@@ -81,7 +83,8 @@ def characterise(
 
     """
     tests = chosen(names)
-    bench = dataclasses.replace(bench, values={**bench.values, **bench.off("driver")})
+    kept = {pressure_compensator.field_of(pressure_compensator.knob): pressure_compensator.off}
+    bench = dataclasses.replace(bench, values={**bench.values, **bench.off("driver"), **kept})
     index = out / "index.html"
     every = [file for test in tests for file in outputs(test.name, out)]
     refuse_existing([index, *every], overwrite=overwrite)

@@ -93,11 +93,14 @@ def run(
     from hil_emulator.commands import run as command
     from hil_emulator.commands.recording import ordered
     from hil_emulator.commands.run_scenario import scenario_options
+    from hil_emulator.config.load import is_rotary
+    from hil_emulator.units import axis
 
     opened = [options.pop(name) for name in ("port", "control", "panel", "processes")]
     played = {name: options.pop(name) for name in ("played", "role", "junit", "page")}
     operation = command.operation(*opened)
-    recording = ordered(record, **options)
+    with axis(rotary=is_rotary(files)):
+        recording = ordered(record, **options)
     scenario = scenario_options(**played, overwrite=recording.overwrite)
     ctx.exit(command.run(files, bus, clock, duration, recording, faults, operation, scenario))
 

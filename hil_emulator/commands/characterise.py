@@ -14,6 +14,7 @@ from hil_emulator.config.assumed import moved_defaults
 from hil_emulator.config.load import Configuration, load_whole
 from hil_emulator.model.constants import S1, S2
 from hil_emulator.model.declare import Effect, is_on
+from hil_emulator.model.effects.lines import pressure_compensator
 from hil_emulator.model.kernel import build
 from hil_emulator.platform.paths import cache_folder, near
 
@@ -46,6 +47,8 @@ def run(
     driven = [e.name for e in config.effects if e.stage.table == "driver" and _acts(e, config)]
     if driven:
         click.echo(f"left out: {', '.join(driven)} of [driver]; the tests command the coil\n")
+    if _acts(pressure_compensator, config):
+        click.echo("left out: pressure_compensator of [lines]; the tests measure the spool\n")
     reasons = [(r.name, reason) for r in results for reason in r.inapplicable]
     if reasons:
         click.echo(f"does not apply:\n{text_table(('test', 'reason'), reasons)}\n")

@@ -27,7 +27,7 @@ from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.panel.result_folder import result_of
 from hil_emulator.platform.output_files import Staging, new_files, refuse_existing
 from hil_emulator.platform.paths import cache_folder, near, shipped
-from hil_emulator.units import factor
+from hil_emulator.units import axis, factor, read_as
 
 NOTHING = "nothing"
 """Name for no hidden effect: the machine deviates, drifts and is noisy, but lacks nothing."""
@@ -66,11 +66,11 @@ def hide(
     if len(sizes) not in (1, max(1, len(effects))):
         raise UserError(f"{len(sizes)} sizes for {len(effects)} effects; give one, or one each")
     files = list(configs) or [shipped("configs/hyq_knee.toml")]
-    load_whole(files)
+    rotary = load_whole(files).rotary
     refuse_existing([out / sealed.NAME, *_copies(files, out)], overwrite=overwrite)
     _refuse_other_logs(out)
     chosen = secrets.randbelow(2**31) if seed is None else seed
-    with new_files(overwrite=overwrite) as staged:
+    with axis(rotary=rotary), new_files(overwrite=overwrite) as staged:
         config = _copied(files, out, staged)
         with waiting("hide", config.files):
             model = PlantModel(config, cache_folder())
@@ -84,9 +84,9 @@ def hide(
             _write_logs(ground, duration, out, staged)
         truth = sealed.seal(ground)
         staged(out / sealed.NAME).write_text(truth, encoding="ascii")
-    if not surprise:
-        for h in hidden:
-            click.echo(f"hidden    {h}")
+        words = [str(h) for h in hidden if not surprise]
+    for line in words:
+        click.echo(f"hidden    {line}")
     digest = hashlib.sha256(truth.encode()).hexdigest()
     click.echo(f"written   {near(out)}: {', '.join(PARTS)}, {sealed.NAME} (sha256 {digest})")
     click.echo(_next(_copies(files, out), out))
@@ -108,7 +108,7 @@ def play(file: Path, out: Path) -> None:
     number = next(free)
     target = out / "training" / f"{number:02d}_{file.stem}.csv"
     made = _stimulus(file, ground)
-    with new_files() as staged:
+    with axis(rotary=ground.model.config.rotary), new_files() as staged:
         _write(ground.record(made, 100 + number, file.stem), staged(target))
     click.echo(f"recorded  {near(target)}")
     click.echo(_next(copies, out))
@@ -214,12 +214,13 @@ def _write_logs(ground: Ground, duration: float | None, out: Path, staged: Stagi
 def _write(e: Experiment, file: Path) -> None:
     """Write a recording as a data logger would."""
     names = [SET_POINT, *e.readings]
+    units = {n: (_SHOWN[n][0], read_as(*_SHOWN[n])) for n in names}
     columns = [np.arange(e.samples) * e.period]
-    columns += [v / factor(*_SHOWN[n]) for n, v in ((SET_POINT, e.current), *e.readings.items())]
+    columns += [v / factor(*units[n]) for n, v in ((SET_POINT, e.current), *e.readings.items())]
     rows = np.column_stack(columns)
     with file.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.writer(stream)
-        writer.writerow(["time [s]", *(f"{n} [{_SHOWN[n][1]}]" for n in names)])
+        writer.writerow(["time [s]", *(f"{n} [{units[n][1]}]" for n in names)])
         writer.writerows([f"{v:.9g}" for v in row] for row in rows.tolist())
 
 

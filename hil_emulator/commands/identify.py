@@ -31,6 +31,7 @@ from hil_emulator.identify.session import Question
 from hil_emulator.platform.allocator import tune_allocator
 from hil_emulator.platform.output_files import new_files, refuse_existing, write_texts
 from hil_emulator.platform.paths import near
+from hil_emulator.units import axis
 
 CONFIGURATIONS = {".toml"}
 
@@ -73,11 +74,19 @@ def identify(
     tune_allocator()
     actuator = ActuatorModel(", ".join(f.name for f in configs), load(configs))
     with waiting("identify" if question.search else "gap", [*files, *validate]) as progress:
-        identification = examined(
+        answer = examined(
             actuator, recordings, validate, question, lambda text: progress.report(f"  {text}"),
             jobs, meaning, cluster,
         )  # fmt: skip
-    result = identification.result
+    with axis(rotary=actuator.config.rotary):
+        _report(answer, configs, out, overwrite=overwrite)
+
+
+def _report(
+    answer: Identification, configs: Sequence[Path], out: Path | None, *, overwrite: bool
+) -> None:
+    """Print the summary, write the files, and set the exit code."""
+    actuator, result = answer.actuator, answer.result
     if actuator.config.bench.kind != "actuator":
         click.echo(f"bench     {actuator.config.bench}")
     click.echo(summary(result))
@@ -85,7 +94,7 @@ def identify(
         texts = {out / name: text for name, text in findings(result, configs).items()}
         write_texts(texts, overwrite=overwrite)
         click.echo(f"\nwritten   {near(out / RESULT)}, {LAYER}")
-        _illustrate(identification, out / PAGE, overwrite=overwrite)
+        _illustrate(answer, out / PAGE, overwrite=overwrite)
         _keep_traces(result, out / TRACES, overwrite=overwrite)
     if result.interrupted:
         raise SystemExit(INTERRUPTED)

@@ -22,6 +22,7 @@ from hil_emulator.panel.server_process import PanelOptions, require_server
 from hil_emulator.platform.paths import cache_folder
 from hil_emulator.platform.supervisor import Supervisor
 from hil_emulator.simulation.machine import prepare
+from hil_emulator.units import axis
 
 
 def run(
@@ -53,21 +54,27 @@ def run(
 
     """
     _check_duration(clock, duration, scenario)
-    runs = scenario.runs() if scenario else []
+    runs = scenario.runs(files) if scenario else []
     settings = load_machine(scenario.configuration(files) if scenario else files)
     if len(settings.actuators) > 1:
         _check_machine(bus, operation, scenario)
-        run_machine(settings, clock, duration, recording, faults, operation.processes)
+        with axis(rotary=any(a.config.rotary for a in settings.actuators)):
+            run_machine(settings, clock, duration, recording, faults, operation.processes)
         return 0
     if len(runs) > 1 and (operation.panel or operation.control):
         raise UserError("--panel and --control show one run; this scenario has several")
     recording.check()
-    injected = [spoken(line) for line in faults]
     config = settings.actuators[0].config
+    with axis(rotary=config.rotary):
+        injected = [spoken(line) for line in faults]
     settings_of_bus = bus_settings(config, bus, operation.port)
     with waiting(PREPARING):
         prepare(settings, cache_folder())  # before a client can connect
-    with Supervisor(Terminal().warn) as supervisor, Bus(settings_of_bus) as bus_port:
+    with (
+        axis(rotary=config.rotary),
+        Supervisor(Terminal().warn) as supervisor,
+        Bus(settings_of_bus) as bus_port,
+    ):
 
         def run_once(
             play: LivePlay | None, config: Configuration, recording: RecordOptions

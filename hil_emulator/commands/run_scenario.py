@@ -30,15 +30,18 @@ class ScenarioOptions:
     role: Role | None
     reports: Reports
 
-    def runs(self) -> list[Scenario]:
+    def runs(self, files: Sequence[Path]) -> list[Scenario]:
         """Return the runs.
+
+        Args:
+            files: of the configuration; without any, those of the scenario.
 
         Raises:
             UserError: for mistakes of the file, or reports that exist.
 
         """
         self.reports.check()
-        return runs_of(self.file.resolve())
+        return runs_of(self.file.resolve(), files)
 
     def configuration(self, files: Sequence[Path]) -> Sequence[Path]:
         """Return the configuration files: those of the command line, else of the scenario.
@@ -47,7 +50,7 @@ class ScenarioOptions:
             UserError: if the runs of the scenario have several.
 
         """
-        names = [run.config for run in runs_of(self.file)]
+        names = [run.config for run in runs_of(self.file, files)]
         if not files and names.count(names[0]) < len(names):
             raise UserError(f"{self.file}: one bus has one machine, but config differs by run")
         return files or [self.file.parent / name for name in names[0]]

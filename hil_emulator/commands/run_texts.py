@@ -11,6 +11,7 @@ from hil_emulator.platform.paths import near
 from hil_emulator.simulation import realtime
 from hil_emulator.simulation.loop import Timing
 from hil_emulator.simulation.rig import Rig
+from hil_emulator.units import factor, read_as
 
 
 def banner(
@@ -49,11 +50,17 @@ def status(rig: Rig, timing: Timing, bus: Bus) -> str:
     y = rig.plant.signals
     states = ", ".join(f"{n.node_id} {n.state.name.lower()}" for n in rig.nodes)
     return (
-        f"{rig.now_ns * 1e-9:9.1f} s  node {states}  x {y.position * 1e3:6.2f} mm  "
-        f"f {y.load_force:7.0f} N  "
+        f"{rig.now_ns * 1e-9:9.1f} s  node {states}  x {_read(y.position, 'm'):>9}  "
+        f"f {_read(y.load_force, 'N', 0):>9}  "
         f"pa {y.pressure_a * 1e-5:5.1f} pb {y.pressure_b * 1e-5:5.1f} bar  "
         f"{traffic([bus])}{load(wires(rig))}  late {timing.overruns}"
     )
+
+
+def _read(value: float, unit: str, digits: int = 2) -> str:
+    """Return a value in the unit of the axis, with a fixed number of digits."""
+    shown = read_as(unit)
+    return f"{value / factor(unit, shown):.{digits}f} {shown}"
 
 
 def wires(rig: Rig) -> list[TimedWire]:

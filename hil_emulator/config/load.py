@@ -1,5 +1,6 @@
 """Reading of files into a `Configuration`, or into one message with every mistake."""
 
+import contextlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -13,13 +14,14 @@ from hil_emulator.config.layers import Admit, laid
 from hil_emulator.config.mistakes import describe
 from hil_emulator.config.rated_current import KEY, rated_current
 from hil_emulator.config.schema import schema
-from hil_emulator.config.toml_file import read_text
+from hil_emulator.config.toml_file import read_text, read_toml
 from hil_emulator.errors import UserError
 from hil_emulator.units import axis
 
 __all__ = [
     "Configuration",
     "built_in",
+    "is_rotary",
     "load",
     "load_rig",
     "load_texts",
@@ -71,6 +73,16 @@ def load_texts(
     except ValidationError as error:
         raise UserError(describe(error, model, layers.merged, layers.origin, files)) from None
     return configuration(checked, layers, files, texts)
+
+
+def is_rotary(files: Sequence[Path]) -> bool:
+    """Return whether configuration files describe a rotary axis; files with mistakes do not."""
+    for file in reversed(files):
+        with contextlib.suppress(UserError):
+            rig = read_toml(file, "configuration").get("rig")
+            if isinstance(rig, Mapping) and "motion" in rig:
+                return bool(rig["motion"] == "rotary")
+    return False
 
 
 def _is_rotary(merged: Mapping[str, Any]) -> bool:

@@ -23,7 +23,7 @@ from hil_emulator.faults.words import fault_words
 from hil_emulator.model.sensors import CHANNELS
 from hil_emulator.signals import condition
 from hil_emulator.signals.condition import Condition
-from hil_emulator.units import show, to_si
+from hil_emulator.units import read_as, show, to_si
 
 _TIMES = ("start", "duration", "ramp")
 OPTIONS = {
@@ -214,9 +214,10 @@ def measure(target: str, kind: FaultKind, param: FaultParam) -> tuple[float, str
     """
     channel = _CHANNELS.get(target) if kind.layer is Layer.SENSOR else None
     if channel is None or param.unit not in (SPAN, SPAN_PER_SECOND):
-        return 1.0, param.unit, param.shown
+        return 1.0, param.unit, read_as(param.unit, param.shown or param.unit)
     rate = "/s" if param.unit == SPAN_PER_SECOND else ""
-    return channel.span, channel.unit + rate, channel.shown + rate
+    unit = channel.unit + rate
+    return channel.span, unit, read_as(unit, channel.shown + rate)
 
 
 def twins(target: str) -> list[str]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import get_args
@@ -17,6 +17,7 @@ from hil_emulator.identify.conclusion.conclude import conclude
 from hil_emulator.identify.conclusion.record_limits import doubt_haste, doubt_rows
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.data_checks.consistency import without_contradictions
+from hil_emulator.identify.data_checks.dither import averaged
 from hil_emulator.identify.data_checks.shared_noise import counted
 from hil_emulator.identify.estimation.identifiability import identifiable
 from hil_emulator.identify.estimation.row_order import ordered
@@ -116,11 +117,13 @@ def _identified(
     config: Configuration, training: Sequence[Experiment], validation: Sequence[Experiment],
     question: Question, pooled: Pools, report: Report, cache: Path | None, jobs: int,
 ) -> Result:  # fmt: skip
+    changes, averages = averaged(config.plant)
+    config = replace(config, plant={**config.plant, **changes})
     model = bounded(PlantModel(config, cache), config.bench)
     stated, gain_notes = with_gain(config.bench, training, model.plant_values)
     learn, check = (as_stated(e, stated) for e in counted(training, validation))
     consistent = without_contradictions(learn, check, model.plant_values)
-    left_out = gain_notes + consistent.left_out
+    left_out = averages + gain_notes + consistent.left_out
     learn, check = _split(consistent.training, consistent.validation)
     notes = left_out + [f"{e.name}: {note}" for e in (*learn, *check) for note in e.notes]
     predictor, learn, check, why = predicting(model, learn, check, consistent.contrary)

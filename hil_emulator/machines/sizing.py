@@ -115,11 +115,13 @@ def _range_above(value: float) -> float:
 def no_load_speed(answers: Answers) -> float:
     """Return the extending speed at full current without load [m/s] (S1 eq. 3.9-3.12).
 
-    With alpha the ratio of the areas, q = K_v u sqrt((p_s - alpha p_t)/(1 + alpha³)).
+    With alpha the ratio of the areas, q = K_v u sqrt((p_s - alpha p_t)/(1 + alpha³)), and with a
+    compensator the flow at the drop that it keeps, if that is less.
     """
     alpha = area_ratio(answers)
     drop = number(answers, "supply_pressure") - alpha * number(answers, "tank_pressure")
-    return valve(answers).flow(drop / (1.0 + alpha**3)) / piston_area(answers)
+    kept = valve(answers).get("compensator", math.inf)
+    return valve(answers).flow(min(drop / (1.0 + alpha**3), kept)) / piston_area(answers)
 
 
 def pump_speed(answers: Answers) -> float:

@@ -32,6 +32,8 @@ PRINTED = {param.name: param for param in (
     Param("pilot_leakage", "m^3/s", "of the pilot stage alone", 5e-4 / 60.0, 0.0, 1e-2, "l/min"),
     Param("leakage_pressure", "Pa", "at which the leakages are printed", 210e5, 1e5, 400e5, "bar",
           difference=True),
+    Param("compensator", "Pa", "pressure difference that its compensator keeps over the edge from "
+          "the supply", 7e5, 1e5, 50e5, "bar", difference=True),
     Param("max_pressure", "Pa", "largest supply pressure", 315e5, 1e5, 700e5, "bar"),
 )}  # fmt: skip
 """Declarations of the numbers of a data sheet, by key."""

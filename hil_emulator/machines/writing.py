@@ -115,6 +115,9 @@ def _tables(answers: Answers, eds: str, step: float) -> Iterator[Table]:
     yield "supply", "", list(_supply(answers))
     yield "tank", "", [_asked(answers, "tank_pressure", "pressure")]
     yield "valve", f"{valve(answers).title}: {valve(answers).sheet}", list(_valve(answers))
+    if kept := valve(answers).get("compensator"):
+        why = f"of the valve: {valve(answers).origins['compensator']}"
+        yield "lines", "", [Assignment("pressure_compensator", _shown(kept, "Pa", "bar"), why)]
     yield "oil", "ISO VG 46 mineral oil", [
         Assignment("bulk_modulus", _shown(BULK_MODULUS, "Pa", "MPa"),
               "assumed: effective value measured on HyQ (S1 3.1.1)"),

@@ -69,8 +69,8 @@ def ports(x: Any, dx: Any, par: Any, held: Any, y: Any) -> tuple[float, float]:
     y.tank_pressure = tank(par, x, dx, par.tank_pressure)
     p_a = chamber_pressure(x.pressure_a, held.gas_pressure)
     p_b = chamber_pressure(x.pressure_b, held.gas_pressure)
-    y.pressure_a = vapour(par, x, dx, p_a)
-    y.pressure_b = vapour(par, x, dx, p_b)
+    y.pressure_a = vapour(par, x, dx, p_a, x.pressure_a)
+    y.pressure_b = vapour(par, x, dx, p_b, x.pressure_b)
     return p_a, p_b
 
 

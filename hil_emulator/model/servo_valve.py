@@ -20,6 +20,7 @@ from hil_emulator.model.stages import (
     edge_sa_acts,
     edge_sb,
     edge_sb_acts,
+    kept_drop,
     metering,
     pilot,
     pilot_flow,
@@ -118,9 +119,9 @@ def orifice_flows(x: Any, dx: Any, par: Any, held: Any, y: Any) -> None:
     p_b = y.port_pressure_b
     u = travel(par, x, dx, y.spool_position, y.spool_speed)
     u_sa, u_bt, u_sb, u_at = open_edges(x, dx, par, u)
-    q_sa = metered_flow(x, dx, par, held, u_sa, p_s - p_a)
+    q_sa = metered_flow(x, dx, par, held, u_sa, kept_drop(par, x, dx, p_s - p_a))
     q_bt = metered_flow(x, dx, par, held, u_bt, p_b - p_t)
-    q_sb = metered_flow(x, dx, par, held, u_sb, p_s - p_b)
+    q_sb = metered_flow(x, dx, par, held, u_sb, kept_drop(par, x, dx, p_s - p_b))
     q_at = metered_flow(x, dx, par, held, u_at, p_a - p_t)
     q_st = pilot_flow(par, x, dx, p_s, p_t)
     y.port_flow_a = q_sa - q_at

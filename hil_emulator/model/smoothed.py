@@ -1,5 +1,6 @@
 """A machine without friction of the spool, hysteresis and dead band, for linear models."""
 
+import math
 from collections.abc import Mapping
 
 FRICTION_OF_SPOOL = {"threshold_current": "threshold", "hysteresis_width": "hysteresis"}
@@ -7,6 +8,9 @@ FRICTION_OF_SPOOL = {"threshold_current": "threshold", "hysteresis_width": "hyst
 
 DITHER = "dither_amplitude"
 """Field of the current's ripple, with which there is no rest."""
+
+COMPENSATOR = "pressure_compensator_setting"
+"""Field of the pressure difference that a compensator keeps over an edge."""
 
 OVERLAP, JUMP = "overlap_lap", "dead_band_compensation_jump"
 """Fields of the travel before an edge opens, and of the jump over it."""
@@ -49,6 +53,8 @@ def left_out(values: Mapping[str, float], *, at_rest: bool) -> list[str]:
         )
     if values.get(DITHER, 0.0):
         sentences.append("Dither: the model is that of the mean current.")
+    if math.isfinite(values.get(COMPENSATOR, math.inf)):
+        sentences.append("Compensator: exact has it, S1 and complete do not.")
     lap = values.get(OVERLAP, 0.0)
     if lap and at_rest:
         sentences.append(

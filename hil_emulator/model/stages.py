@@ -159,6 +159,11 @@ edge_law = Stage(
 )  # fmt: skip
 edge_law_acts = Acts(edge_law)
 
+kept_drop = Stage(
+    "kept_drop", "lines", ("drop",), "pressure difference over an edge from the supply", "Pa",
+    "chain", repeated=True, balances=FLOWS,
+)  # fmt: skip
+
 # between valve and cylinder
 line_a = Stage(
     "line_a", "lines", ("pressure", "chamber"), "pressure at port a of the valve", "Pa", "chain",
@@ -203,8 +208,8 @@ port_relief = Stage(
 
 # chambers
 vapour = Stage(
-    "vapour", "oil", ("pressure",), "pressure in a chamber", "Pa", "chain", repeated=True,
-    balances=FLOWS,
+    "vapour", "oil", ("pressure", "continued"), "pressure in a chamber", "Pa", "chain",
+    repeated=True, balances=FLOWS,
 )  # fmt: skip
 oil = Stage(
     "oil", "oil",
@@ -331,11 +336,12 @@ CONTINUOUS = (
     temperature, viscosity, gas_pressure, gas_expansion, supply, tank, pilot_flow,
     line_flow, line_rates, source, relief, pump_loss, full_flow, pump_drag, capacity,
     return_rates, driver, command, pilot, spool_force, spool, spool_reach, travel, edge_sa, edge_at,
-    edge_sb, edge_bt, metering, edge_law, line_a, line_b, line_flow_a, line_flow_b,
+    edge_sb, edge_bt, metering, edge_law, kept_drop, line_a, line_b, line_flow_a, line_flow_b,
     cylinder_line_rates, holding, holding_rates, cross_relief, port_relief, vapour, oil, heat,
     cross_leakage, outward_leakage, port_area, cushion_a, cushion_b, cushion_flow_a, cushion_flow_b,
     cushion_rates, friction, dry_friction, friction_direction, friction_scale, stop, inertia,
-    coupling, play, load, load_inertia, joint_angle, joint_lever, joint_lever_slope, joint_inertia, joint_mass_moment,
+    coupling, play, load, load_inertia, joint_angle, joint_lever, joint_lever_slope, joint_inertia,
+    joint_mass_moment,
     joint_carries,
 )  # fmt: skip
 TICKED = (set_point, late_set_point, early_set_point, arrival)

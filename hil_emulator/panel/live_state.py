@@ -9,8 +9,8 @@ import numpy as np
 from hil_emulator.panel.history import History
 from hil_emulator.panel.traffic import Frames
 from hil_emulator.recording.journal import EntryKind, Recording, event_of, frames_of, split
-from hil_emulator.signals.inputs import SETTINGS
-from hil_emulator.units import show, to_si
+from hil_emulator.signals.inputs import SETTINGS, shown
+from hil_emulator.units import to_si
 
 LATENESS, EXECUTION = "loop.lateness", "loop.execution"
 """Names of the loop's delay and duration per tick [s], beyond a recording's columns."""
@@ -122,7 +122,7 @@ def in_words(what: Mapping[str, Any]) -> str:
 
 def _amount(name: str, value: float) -> str:
     param = SETTINGS.get(name)
-    return f"{value:g}" if param is None else show(value, param.unit, param.shown)
+    return f"{value:g}" if param is None else shown(param, value)
 
 
 def of_recording(recording: Recording, bit_rate: float) -> LiveState:

@@ -19,6 +19,7 @@ from hil_emulator.scenario import loading
 from hil_emulator.scenario.perform import rig_of
 from hil_emulator.scenario.performance import Performance
 from hil_emulator.simulation.emulator import Emulator
+from hil_emulator.units import axis
 
 _SLICE_S = 0.1  # emulator time between two lines (assumed)
 
@@ -40,7 +41,8 @@ def play(file: Path) -> Iterator[dict[str, Any]]:
     if scenario.controller == "external":
         name = file.stem if packaged().get(file.stem) == file else near(file)
         raise UserError(_EXTERNAL.format(file=name))
-    with Emulator(rig_of(scenario, file.parent)) as emulator, Bus(emulator.bus) as port:
+    config = rig_of(scenario, file.parent)
+    with axis(rotary=config.rotary), Emulator(config) as emulator, Bus(emulator.bus) as port:
         performance = Performance(file, scenario, emulator.rig, port, scenario.controller)
         emulator.rig.recorder = Recorders(*performance.recorders)
         conductor, begin = performance.conductor, time.monotonic()

@@ -7,7 +7,7 @@ from hil_emulator.config.load import Configuration
 from hil_emulator.faults.declare import TEXT, FaultKind, FaultParam
 from hil_emulator.faults.fault import kinds_of, measure, targets, twins
 from hil_emulator.signals.inputs import SETTINGS
-from hil_emulator.units import factor
+from hil_emulator.units import factor, read_as
 
 _SHOWN = {
     "Pa": "bar", "m": "mm", "A": "mA", "m/s": "mm/s", "m^3/s": "l/min", "m^3": "ml",
@@ -37,7 +37,7 @@ def units(columns: Mapping[str, str]) -> list[dict[str, Any]]:
     """Return name, shown unit and SI units per shown unit of every column."""
     rows = []
     for name, unit in columns.items():
-        shown = "us" if name.startswith("loop.") else _SHOWN.get(unit, unit)
+        shown = "us" if name.startswith("loop.") else read_as(unit, _SHOWN.get(unit, unit))
         scale = factor(unit, shown) if shown != unit else 1.0
         written = {"us": "µs", "1": "", "degC": "°C"}.get(shown, shown)
         rows.append({"name": name, "unit": written, "scale": scale})
@@ -54,12 +54,12 @@ def settings(machine: Mapping[str, float]) -> list[dict[str, Any]]:
     }
     rows = []
     for param in SETTINGS.values():
-        shown = param.shown or ("" if param.unit == "1" else param.unit)
-        scale = factor(param.unit, shown) if shown and shown != param.unit else 1.0
+        shown = read_as(param.unit, param.display_unit)
+        scale = factor(param.unit, shown) if shown != param.unit else 1.0
         low, high = reach.get(param.name, (param.low, param.high))
         rows.append({
-            "name": param.name, "meaning": param.meaning, "unit": shown, "scale": scale,
-            "low": param.low, "high": param.high,
+            "name": param.name, "meaning": param.meaning, "unit": "" if shown == "1" else shown,
+            "scale": scale, "low": param.low, "high": param.high,
             "slider": [max(low, param.low), min(high, param.high)],
         })  # fmt: skip
     return rows
@@ -88,10 +88,9 @@ def _param(target: str, kind: FaultKind, param: FaultParam) -> dict[str, Any]:
     if param.unit == TEXT:
         return field | {"choices": twins(target)}
     scale, unit, shown = measure(target, kind, param)
-    shown = shown or ("" if unit == "1" else unit)
-    scale /= factor(unit, shown) if shown and shown != unit else 1.0
+    scale /= factor(unit, shown) if shown != unit else 1.0
     numbers = {"default": param.default, "low": param.low, "high": param.high}
     shown_numbers = {
         k: None if v is None else float(f"{v * scale:.6g}") for k, v in numbers.items()
     }
-    return field | {"unit": shown} | shown_numbers
+    return field | {"unit": "" if shown == "1" else shown} | shown_numbers

@@ -10,7 +10,7 @@ from hil_emulator.device.message import Message
 from hil_emulator.frame import Frame
 from hil_emulator.panel.words import emergency
 from hil_emulator.recording.messages import describe, from_json
-from hil_emulator.units import READ_AS, factor
+from hil_emulator.units import factor, read_as
 
 _TRACE = 20_000
 """Number of frames in the trace: some seconds of a full bus (assumed)."""
@@ -126,7 +126,7 @@ class Frames:
         data = stream.frame.data if stream and len(stream.frame.data) >= message.size else None
         rows = []
         for each in message.fields:
-            shown = READ_AS.get(each.unit, each.unit)
+            shown = read_as(each.unit)
             scale = factor(each.unit, shown) if shown != each.unit else 1.0
             value = None if data is None else each.value(data) / scale
             rows.append({"name": each.name, "value": value, "unit": "" if shown == "1" else shown})

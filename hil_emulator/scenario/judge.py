@@ -17,7 +17,7 @@ from hil_emulator.scenario.outcome import Check, Span
 from hil_emulator.scenario.watch import LimitedValue, ReachingValue, StayingValue, Watch, check
 from hil_emulator.signals.columns import Readings, columns
 from hil_emulator.simulation.rig import Rig
-from hil_emulator.units import READ_AS, show, to_si
+from hil_emulator.units import read_as, show, to_si
 
 
 class Judge:
@@ -118,7 +118,7 @@ def _signal(e: Expect, rig: Rig) -> LimitedValue:
     assert e.signal is not None
     assert e.within is not None
     name, unit = e.signal, columns()[e.signal]
-    shown, (low, high) = READ_AS.get(unit, unit), map(float, e.within)
+    shown, (low, high) = read_as(unit), map(float, e.within)
     return LimitedValue(
         name, lambda: rig.value(name), lambda v: show(v, unit, shown), (low, high), name
     )
@@ -145,7 +145,7 @@ def _object(e: Expect, nodes: Sequence[Node]) -> LimitedValue:
             return float("nan")
 
     def written(value: float) -> str:
-        return show(value, unit, READ_AS.get(unit, unit)) if unit else f"{entry.digits(value):g}"
+        return show(value, unit, read_as(unit)) if unit else f"{entry.digits(value):g}"
 
     return LimitedValue(f"{e.object} {entry.name}", read, written, (limits[0], limits[1]))
 

@@ -7,12 +7,14 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from hil_emulator.config.load import is_rotary
 from hil_emulator.config.mistakes import SHOWN
 from hil_emulator.config.table import DescribedTable
 from hil_emulator.config.toml_file import read_toml
 from hil_emulator.errors import UserError, did_you_mean
 from hil_emulator.scenario.expect import Expect
 from hil_emulator.scenario.schema import MOST_RUNS, Scenario, SignalProfile, Step
+from hil_emulator.units import axis
 
 _TABLES: dict[str, type[DescribedTable]] = {
     "step": Step,
@@ -31,14 +33,29 @@ def load(file: Path) -> Scenario:
     return runs_of(file)[0]
 
 
-def runs_of(file: Path) -> list[Scenario]:
+def runs_of(file: Path, machine: Sequence[Path] = ()) -> list[Scenario]:
     """Return the runs of a file: each combination of `sweep`, `repeat` times.
+
+    Args:
+        file: the scenario.
+        machine: files of the configuration, if not those that it names.
 
     Raises:
         UserError: with the place of every mistake.
 
     """
     content = read_toml(file, "scenario")
+    with axis(rotary=is_rotary(machine or _named(file, content))):
+        return _runs(file, content)
+
+
+def _named(file: Path, content: Mapping[str, Any]) -> list[Path]:
+    """Return the configuration files that a scenario names, which is not checked yet."""
+    names = content.get("config")
+    return [file.parent / str(name) for name in names] if isinstance(names, list) else []
+
+
+def _runs(file: Path, content: Mapping[str, Any]) -> list[Scenario]:
     texts = repr({key: part for key, part in content.items() if key != "sweep"})
     if unused := [name for name in content.get("sweep", {}) if f"{{{name}}}" not in texts]:
         raise UserError(f"{file}: sweep.{unused[0]}: no text contains {{{unused[0]}}}")

@@ -54,6 +54,7 @@ class Outcome:
         events: time [s] and description of each action.
         faults: faults with their times.
         bands: where signals were expected.
+        rotary: whether the axis is rotary, so that lengths are angles.
 
     """
 
@@ -68,6 +69,7 @@ class Outcome:
     events: tuple[tuple[float, str], ...] = ()
     faults: tuple[Span, ...] = ()
     bands: tuple[Span, ...] = ()
+    rotary: bool = False
 
     @property
     def passed(self) -> bool:

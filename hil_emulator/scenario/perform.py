@@ -18,6 +18,7 @@ from hil_emulator.scenario.performance import Performance
 from hil_emulator.scenario.schema import Role, Scenario
 from hil_emulator.simulation.emulator import Emulator
 from hil_emulator.simulation.not_finite import PlantFailedError
+from hil_emulator.units import axis
 
 Connect = Callable[[Emulator], Callable[[], object] | None]
 """Connects a controller in Python before the first tick; the result is called in the end."""
@@ -57,7 +58,8 @@ def perform(
     """
     try:
         scenario = loading.runs_of(file)[run]
-        with Emulator(rig_of(scenario, file.parent)) as emulator:
+        config = rig_of(scenario, file.parent)
+        with axis(rotary=config.rotary), Emulator(config) as emulator:
             files = recordings_of(file, recordings, run) if recordings else None
             chosen = role or ("external" if connect else scenario.controller)
             return _played(file, scenario, emulator, chosen, connect, files, overwrite=overwrite)

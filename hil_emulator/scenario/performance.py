@@ -17,6 +17,7 @@ from hil_emulator.scenario.schema import Role, Scenario
 from hil_emulator.signals.columns import Readings, columns, fill_row
 from hil_emulator.simulation.rig import Rig
 from hil_emulator.simulation.timed_can_port import CanPort
+from hil_emulator.units import is_rotary
 
 DRAWN = (
     "position", "model.position", "load_force", "pressure_a", "pressure_b", "supply_pressure",
@@ -79,6 +80,7 @@ class Performance:
             events=tuple(self.conductor.events),
             faults=tuple(self.conductor.faults()),
             bands=tuple(self.judge.spans(duration)),
+            rotary=is_rotary(),
         )
 
 

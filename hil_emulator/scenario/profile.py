@@ -9,8 +9,7 @@ from hil_emulator import input_files
 from hil_emulator.errors import UserError
 from hil_emulator.scenario.outcome import Curve
 from hil_emulator.scenario.schema import SignalProfile
-from hil_emulator.signals.inputs import SET_POINTS, SETTINGS
-from hil_emulator.units import show
+from hil_emulator.signals.inputs import SET_POINTS, SETTINGS, shown
 
 
 def read_profile(folder: Path, profile: SignalProfile) -> tuple[Curve, Curve]:
@@ -34,6 +33,6 @@ def read_profile(folder: Path, profile: SignalProfile) -> tuple[Curve, Curve]:
     param = (SETTINGS | SET_POINTS)[profile.signal]
     bounded = param.allows(values.min()) and param.allows(values.max())
     if not (bounded and np.isfinite(times).all()):
-        low, high = (show(v, param.unit, param.shown) for v in (param.low, param.high))
+        low, high = (shown(param, v) for v in (param.low, param.high))
         raise UserError(f"{file}: {profile.signal} has to stay within {low} ... {high}")
     return times, values

@@ -6,19 +6,18 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from hil_emulator import __version__
+from hil_emulator import __version__, units
 from hil_emulator.pages import drawing
 from hil_emulator.pages.palette import BLUE, GREEN, PINK, VERMILION
 from hil_emulator.pages.render import render
 from hil_emulator.scenario.outcome import Outcome, Span
 from hil_emulator.signals.columns import MODEL, columns
-from hil_emulator.units import READ_AS, factor
 
 _PANELS = (
-    ("position [mm]", 1e3, ("position", "model.position")),
-    ("load force [N]", 1.0, ("load_force",)),
-    ("pressure [bar]", 1e-5, ("pressure_a", "pressure_b", "supply_pressure")),
-    ("valve current [mA]", 1e3, ("valve_current",)),
+    ("position", ("position", "model.position")),
+    ("load force", ("load_force",)),
+    ("pressure", ("pressure_a", "pressure_b", "supply_pressure")),
+    ("valve current", ("valve_current",)),
 )
 _COLOURS = (BLUE, VERMILION, PINK)
 _APART = 0.25  # part of the duration: labels of closer events are stacked
@@ -91,7 +90,8 @@ def _picture(o: Outcome) -> bytes:
     """Return the signals over time as PNG: faults and expected bands behind, events above them."""
     panels = [*_PANELS, *_other_expected(o)]
     figure, axes = drawing.subplots((9.6, 1.9 * len(panels)), len(panels), sharex=True)
-    for axis, (label, scale, names) in zip(axes, panels, strict=True):
+    for axis, (quantity, names) in zip(axes, panels, strict=True):
+        scale, unit = _written(columns()[names[0]], rotary=o.rotary)
         for fault in o.faults:
             axis.axvspan(fault.begin, fault.end, color=VERMILION, alpha=0.12, lw=0)
         for name, colour in zip(names, _COLOURS, strict=False):
@@ -101,7 +101,7 @@ def _picture(o: Outcome) -> bytes:
         _expected(axis, [b for b in o.bands if b.signal in names], scale)
         for moment, _ in o.events:
             axis.axvline(moment, color="0.5", lw=0.7, ls=":")
-        axis.set_ylabel(label)
+        axis.set_ylabel(f"{quantity} [{unit}]")
         axis.grid(alpha=0.3)
         axis.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.005, 0.5), frameon=False)
     axes[-1].set_xlabel("emulator time [s]")
@@ -109,15 +109,18 @@ def _picture(o: Outcome) -> bytes:
     return drawing.png(figure, 120)
 
 
-def _other_expected(o: Outcome) -> Iterator[tuple[str, float, tuple[str, ...]]]:
+def _written(unit: str, *, rotary: bool) -> tuple[float, str]:
+    """Return the factor to the unit of a panel, and that unit."""
+    with units.axis(rotary=rotary):
+        shown = units.read_as(unit)
+        return (1.0 / units.factor(unit, shown) if shown != unit else 1.0), shown
+
+
+def _other_expected(o: Outcome) -> Iterator[tuple[str, tuple[str, ...]]]:
     """Yield a panel for each expected signal that no other panel shows."""
-    shown = {name for _, _, names in _PANELS for name in names}
+    shown = {name for _, names in _PANELS for name in names}
     for name in dict.fromkeys(band.signal for band in o.bands if band.signal not in shown):
-        unit = columns()[name]
-        written = READ_AS.get(unit, unit)
-        scale = 1.0 / factor(unit, written) if written != unit else 1.0
-        quantity = name.removeprefix(MODEL).replace("_", " ")
-        yield f"{quantity} [{written}]", scale, (name,)
+        yield name.removeprefix(MODEL).replace("_", " "), (name,)
 
 
 def _expected(axis: Any, bands: Sequence[Span], scale: float) -> None:

@@ -10,8 +10,7 @@ from hil_emulator.errors import brief, did_you_mean
 from hil_emulator.scenario.expect import Expect
 from hil_emulator.scenario.fields import Broken, Holds, Seconds, Values
 from hil_emulator.scenario.names import frame_of
-from hil_emulator.signals.inputs import SET_POINTS, SETTINGS
-from hil_emulator.units import show
+from hil_emulator.signals.inputs import SET_POINTS, SETTINGS, shown
 
 MOST_RUNS = 1000
 """Largest number of runs of a scenario (assumed)."""
@@ -71,7 +70,7 @@ class Step(DescribedTable):
     def words(self) -> str:
         """Description of the step, for the label of a picture."""
         targets = SETTINGS | SET_POINTS
-        parts = [f"{n} {show(v, targets[n].unit, targets[n].shown)}" for n, v in self.set.items()]
+        parts = [f"{n} {shown(targets[n], v)}" for n, v in self.set.items()]
         parts += [f"{self.fault.target} {self.fault.kind.name}"] if self.fault else []
         parts += [f"NMT {self.nmt}"] if self.nmt else []
         parts += [f"send {line}" for line in self.send]

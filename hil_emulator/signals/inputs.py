@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from hil_emulator.errors import UserError, brief, did_you_mean
 from hil_emulator.model.declare import Param
 from hil_emulator.model.quantities import PARAMS
-from hil_emulator.units import show, to_si
+from hil_emulator.units import read_as, show, to_si
 
 (_SUPPLY,) = (p for p in PARAMS["supply"] if p.name == "pressure")
 (_CLOSED,) = (p for p in PARAMS["lines"] if p.name == "closed")
@@ -78,6 +78,11 @@ def setting(name: str, value: object, settings: Mapping[str, Param] = SETTINGS) 
     return _within(param, number, brief(value))
 
 
+def shown(param: Param, value: float) -> str:
+    """Return a value of a setting as people write it."""
+    return show(value, param.unit, read_as(param.unit, param.display_unit))
+
+
 def checked(name: str, value: float) -> float:
     """Return the value of a setting that is in SI already.
 
@@ -101,6 +106,6 @@ def _param(name: str, settings: Mapping[str, Param]) -> Param:
 
 def _within(param: Param, number: float, written: str) -> float:
     if not param.allows(number):
-        low, high = (show(v, param.unit, param.shown) for v in (param.low, param.high))
+        low, high = (shown(param, v) for v in (param.low, param.high))
         raise UserError(f"{param.name}: {written} is outside {low} ... {high}")
     return number

@@ -20,7 +20,7 @@ from hil_emulator.signals import condition
 from hil_emulator.signals.columns import MODEL, columns
 from hil_emulator.signals.inputs import setting
 from hil_emulator.simulation.assembly import assemble
-from hil_emulator.units import READ_AS, show, to_si
+from hil_emulator.units import axis, read_as, show, to_si
 
 _numbers = itertools.count()
 
@@ -136,7 +136,8 @@ class Emulator(AbstractContextManager["Emulator"]):
             UserError: for a condition that cannot be read.
 
         """
-        holds = self._condition(what)
+        with self._axis:
+            holds = self._condition(what)
         begin = self.now
         for _ in range(self._ticks(within)):
             if holds():
@@ -145,15 +146,17 @@ class Emulator(AbstractContextManager["Emulator"]):
         if holds():
             return self.now - begin
         text = what if isinstance(what, str) else "the condition"
-        values = ", ".join(
-            f"{name} = {show(self.rig.value(name), unit, READ_AS.get(unit, unit))}"
-            for name, unit in self._watched(what)
-        )
+        with self._axis:
+            values = ", ".join(
+                f"{name} = {show(self.rig.value(name), unit, read_as(unit))}"
+                for name, unit in self._watched(what)
+            )
         raise NeverHeldError(f"{text} did not hold within {within}; at {self.now:.3f} s {values}")
 
     def fault(self, target: str, kind: str, /, **options: Any) -> Running:
         """Inject a fault, until the block ends; see `hil_emulator.faults.fault.fault`."""
-        return self.rig.fault(target, kind, **options)
+        with self._axis:
+            return self.rig.fault(target, kind, **options)
 
     def set(self, name: str, value: str) -> None:
         """Set a condition of the surroundings, such as `set("supply_pressure", "120 bar")`.
@@ -164,7 +167,8 @@ class Emulator(AbstractContextManager["Emulator"]):
             UserError: for an unknown setting or a wrong unit.
 
         """
-        waits = self.rig.set(name, setting(name, value))
+        with self._axis:
+            waits = self.rig.set(name, setting(name, value))
         if waits:
             warnings.warn(waits, RuntimeWarning, stacklevel=2)
 
@@ -179,6 +183,11 @@ class Emulator(AbstractContextManager["Emulator"]):
 
     def __exit__(self, *error: object) -> None:
         self.close()
+
+    @property
+    def _axis(self) -> AbstractContextManager[None]:
+        """Context in which quantities are those of the machine's axis."""
+        return axis(rotary=self.config.rotary)
 
     def _condition(self, what: str | Callable[[Signals], bool]) -> Callable[[], bool]:
         if callable(what):

@@ -9,7 +9,7 @@ from hil_emulator.recording import SUFFIX, journal
 from hil_emulator.recording.messages import describe, messages
 from hil_emulator.signals.columns import columns
 from hil_emulator.simulation.emulator import Emulator
-from hil_emulator.units import READ_AS, show
+from hil_emulator.units import axis, read_as, show
 
 FRAMES = 20
 """Number of last frames in the report."""
@@ -30,10 +30,11 @@ def frames(emulator: Emulator, count: int = FRAMES) -> list[str]:
 
 def signals(emulator: Emulator) -> list[str]:
     """Return the present signals, a line each."""
-    return [
-        f"  {name:<28} {show(emulator.rig.value(name), unit, READ_AS.get(unit, unit))}"
-        for name, unit in columns().items()
-    ]
+    with axis(rotary=emulator.config.rotary):
+        return [
+            f"  {name:<28} {show(emulator.rig.value(name), unit, read_as(unit))}"
+            for name, unit in columns().items()
+        ]
 
 
 def keep(emulator: Emulator, test: str, folder: Path) -> Path:

@@ -21,6 +21,7 @@ from hil_emulator.units import ATMOSPHERE
 
 ABSOLUTE = {
     "supply.pressure", "tank.pressure", "accumulator.precharge", "cavitation_floor.pressure_floor",
+    "cavitation_floor.vapour_pressure",
     "null_shift.rated_pressure", "pilot_supply.rated_pressure", "init.precharge",
     "oil.bulk_modulus", "pump_leakage.widening_pressure", "sheet.max_pressure", "bench.pressure",
 }  # fmt: skip

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,15 @@ import pytest
 from hil_emulator.api.logs import Meaning, experiments
 from hil_emulator.config.load import load
 from hil_emulator.errors import UserError
-from hil_emulator.units import axis, to_si
+from hil_emulator.identify.conclusion.findings import shown_unit
+from hil_emulator.identify.prediction.plant import parameters
+from hil_emulator.model.effects.lines import cylinder_lines
+from hil_emulator.platform.paths import shipped
+from hil_emulator.scenario.loading import runs_of
+from hil_emulator.scenario.perform import perform
+from hil_emulator.simulation.emulator import Emulator, NeverHeldError
+from hil_emulator.units import axis, factor, read_as, show, to_si
+from tests.identify.rig_data import knee_model
 
 VANE = """
 [rig]
@@ -96,6 +105,93 @@ def test_a_linear_axis_takes_no_angle(tmp_path: Path) -> None:
     load([file])
     with pytest.raises(UserError, match='stroke: "270 deg" is a'):
         load([written(tmp_path, VANE.replace('motion = "rotary"', ""))])
+
+
+TURN = """
+title = "Turn"
+config = ["vane.toml"]
+duration = "60 ms"
+[[step]]
+at = "10 ms"
+nmt = "start"
+set = { position = "150 deg", external_force = "2 N*m" }
+[[step]]
+when = "position > 135.5 deg"
+fault = "position offset value='3 deg'"
+[[step]]
+at = "20 ms"
+fault = "cylinder friction_jump force='3 N*m'"
+[[expect]]
+signal = "model.position"
+within = ["120 deg", "130 deg"]
+by = "50 ms"
+"""
+
+
+def test_a_scenario_of_a_rotary_axis_is_in_its_units(tmp_path: Path) -> None:
+    """Set points, conditions, faults and bands, and what the outcome reports."""
+    node = f'[[node]]\nid = 5\neds = "{shipped("eds/hydraulic_actuator.eds")}"\n'
+    written(tmp_path, VANE + node)
+    (tmp_path / "turn.toml").write_text(TURN)
+    outcome = perform(tmp_path / "turn.toml")
+    (check,) = outcome.checks
+    assert check.text == "model.position in 120 deg ... 130 deg by 0.05 s"
+    assert re.fullmatch(r"never, last 1[34]\d\.\d+ deg", check.observed)
+    assert "position 150 deg, external_force 2 N*m" in outcome.events[0][1]
+    assert outcome.rotary
+    assert {"position offset", "cylinder friction_jump"} <= {text for _, text in outcome.events}
+    linear = VANE.replace('motion = "rotary"', "")
+    written(tmp_path, linear + node)
+    with pytest.raises(UserError, match='"150 deg" is a'):
+        runs_of(tmp_path / "turn.toml")
+
+
+def test_an_emulator_in_python_takes_the_units_of_its_axis(tmp_path: Path) -> None:
+    """Of two rigs each takes its own; a message is in deg."""
+    node = f'[[node]]\nid = 5\neds = "{shipped("eds/hydraulic_actuator.eds")}"\n'
+    vane = load([written(tmp_path, VANE + node)])
+    knee = load([shipped("configs/hyq_knee.toml")])
+    with Emulator(vane) as turned, Emulator(knee) as moved:
+        assert turned.fault("position", "offset", value="30 deg").fault.values == {
+            "value": pytest.approx(math.pi / 6)
+        }
+        with axis(rotary=True):
+            words = turned.fault("position", "offset", value="30 deg").fault.words
+        assert words == "position offset, value 30 deg"
+        with pytest.raises(UserError, match="length is wanted, such as"):
+            moved.fault("position", "offset", value="90 deg")
+        with pytest.raises(UserError, match=r"length or angle is wanted, such as .* deg"):
+            turned.fault("position", "offset", value="3 bar")
+        with pytest.raises(NeverHeldError, match=r"position = \d+(\.\d+)? deg"):
+            turned.wait_until("position > 200 deg", within="2 ms")
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (math.pi, "m", "180 deg"), (math.pi, "m/s", "180 deg/s"), (5.0, "N", "5 N*m"),
+        (0.8, "kg", "0.8 kg*m^2"), (6e-5, "m^2", "60 cm^3/rad"), (2.0, "N*s/m", "2 N*m*s/rad"),
+        (1e5, "N/m", "100000 N*m/rad"), (1e7, "Pa", "100 bar"),
+    ],
+)  # fmt: skip
+def test_quantities_of_a_rotary_axis_are_read_in_its_units(
+    value: float, unit: str, text: str
+) -> None:
+    """And what is shown is read back as the same number."""
+    with axis(rotary=True):
+        assert show(value, unit, read_as(unit)) == text
+        assert to_si(text, unit) == pytest.approx(value)
+        assert factor(unit, read_as(unit)) == pytest.approx(value / float(text.split()[0]))
+    assert read_as("m") == "mm"
+
+
+def test_findings_of_a_rotary_axis_are_in_its_units() -> None:
+    """Inertia and friction; the diameter of a hose stays a length."""
+    mass = next(c for c in parameters.ordinary(knee_model()) if c.name == "load_mass")
+    hose = dataclasses.replace(mass, unit="m", shown="mm", effect=cylinder_lines)
+    with axis(rotary=True):
+        assert (shown_unit(mass), shown_unit(hose)) == ("kg*m^2", "mm")
+    assert (shown_unit(mass), shown_unit(hose)) == ("kg", "mm")
 
 
 def test_logs_of_a_rotary_axis_have_their_units(tmp_path: Path) -> None:

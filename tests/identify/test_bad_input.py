@@ -47,6 +47,15 @@ def test_data_that_cannot_be_examined_get_the_reason(experiment: Experiment, wor
     assert not result.effects
 
 
+def test_a_dither_is_averaged_with_a_note() -> None:
+    """Without a dither there is no such note."""
+    still = log(position=np.full(1000, 0.04) + 1e-6 * WAVE)
+    plant = {**knee().plant, "dither_amplitude": 2e-4, "dither_frequency": 150.0}
+    trembling = identify(replace(knee(), plant=plant), [still], cache=CACHE)
+    assert trembling.notes[0].startswith("the driver's dither of 0.2 mA is averaged")
+    assert not any("dither" in note for note in identify(knee(), [still], cache=CACHE).notes)
+
+
 def test_load_force_against_the_pressures_is_refused() -> None:
     """A load cell of the wrong sign contradicts the chamber pressures."""
     area_a, area_b = 2.0106e-4, 0.61 * 2.0106e-4

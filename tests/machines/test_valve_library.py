@@ -44,7 +44,8 @@ def test_the_printed_flow_passes_at_the_printed_drop(
     """Both edges pass the nominal flow at rated current; twice of it at four times the drop."""
     sheet = VALVES[name]
     given = {"valve": name, "supply_pressure": "200 bar"}
-    exact = {"land_leakage_clearance": 0.0, "hysteresis_width": 0.0, "valve_laminar_width": 1e3}
+    exact = {"land_leakage_clearance": 0.0, "hysteresis_width": 0.0, "valve_laminar_width": 1e3,
+             "pressure_compensator_setting": math.inf}  # fmt: skip
     plant = Plant(model, {**plant_values(tmp_path, given), **exact}, 1e-6)
     edge = sheet.values[sheet.drop] / (2.0 if sheet.drop.endswith("total") else 1.0)
     for factor in (1.0, 2.0):
@@ -54,13 +55,34 @@ def test_the_printed_flow_passes_at_the_printed_drop(
             assert flow == pytest.approx(factor * sheet.values["nominal_flow"], rel=1e-3)
 
 
+@pytest.mark.parametrize("name", [n for n, v in VALVES.items() if v.get("compensator")])
+def test_a_compensated_valve_passes_its_flow_at_every_load(
+    name: str, model: Kernel, tmp_path: Path
+) -> None:
+    """The nominal flow enters the chamber at any pressure there, while the setting is left."""
+    sheet = VALVES[name]
+    values = plant_values(tmp_path, {"valve": name, "supply_pressure": "200 bar"})
+    exact = {"land_leakage_clearance": 0.0, "hysteresis_width": 0.0, "valve_laminar_width": 1e3}
+    plant = Plant(model, {**values, **exact}, 1e-6)
+    kept = sheet.values["compensator"]
+    for drop in (kept, 5.0 * kept, 20.0 * kept):
+        open_fully(plant, drop)
+        nominal = sheet.flow(kept)
+        assert plant.signals.flow_a == pytest.approx(nominal, rel=1e-3)
+        # the other edge has no compensator
+        assert plant.signals.flow_b == pytest.approx(nominal * math.sqrt(drop / kept), rel=1e-3)
+    open_fully(plant, 0.25 * kept)
+    assert plant.signals.flow_a == pytest.approx(0.5 * nominal, rel=1e-3)
+
+
 @pytest.mark.parametrize("name", [n for n, v in VALVES.items() if v.get("null_leakage")])
 def test_the_printed_leakage_passes_at_null(name: str, model: Kernel, tmp_path: Path) -> None:
     """At the printed pressure, both ports at half of it, what enters s leaves at t as printed."""
     sheet = VALVES[name]
     values = plant_values(tmp_path, {"valve": name, "supply_pressure": "100 bar"})
     tank, pressure = values["tank_pressure"], sheet.values["leakage_pressure"]
-    exact = {"supply_pressure": tank + pressure, "valve_laminar_width": 1e3}
+    exact = {"supply_pressure": tank + pressure, "valve_laminar_width": 1e3,
+             "pressure_compensator_setting": math.inf}  # fmt: skip
     plant = Plant(model, {**values, **exact, "hysteresis_width": 0.0}, 1e-6)
     plant.set_pressures(tank + pressure / 2, tank + pressure / 2)
     # the clearance is written in three digits, and what creeps grows as its square
@@ -107,7 +129,7 @@ def test_the_library_is_what_the_file_says() -> None:
     assert len(VALVES) >= 10
     assert LIBRARY.is_file()
     asked = {q.name for q in QUESTIONS}
-    assert PRINTED.keys() - asked == {"pilot_leakage", "max_pressure"}
+    assert PRINTED.keys() - asked == {"pilot_leakage", "max_pressure", "compensator"}
 
 
 def test_both_e024_are_one_valve(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from reference_machine import STEP, ballistic, bare, machine, pond
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from hil_emulator.model.effects.friction import film_lag
 from hil_emulator.model.plant import Plant
 
 MakePlant = Callable[..., Plant]
@@ -213,6 +214,18 @@ def test_film_lag_fades_after_a_step_of_speed(make_plant: MakePlant) -> None:
         share = 1 + 0.3 * (v_2 - film) / (v_2 + film + 1e-3)
         v = float(plant.signals.velocity)
         assert plant.signals.friction_force == pytest.approx(1000.0 * v * share, rel=1e-3)
+
+
+@pytest.mark.parametrize("asymmetry", [0.0, 0.3, 1.0, -0.3])
+def test_asymmetry_widens_the_loop_of_film_lag_in_one_direction(asymmetry: float) -> None:
+    """The lag's share is k (1 + a)/(1 + |a|) where the rod extends, else with 1 - a."""
+
+    def share(velocity: float) -> float:
+        return film_lag(1.0, velocity, 0.0, 0.3, 0.05, asymmetry, 1e-9)[0] - 1.0
+
+    whole = 1.0 + abs(asymmetry)
+    assert share(0.2) == pytest.approx(0.3 * (1.0 + asymmetry) / whole, rel=1e-6)
+    assert share(-0.2) == pytest.approx(0.3 * (1.0 - asymmetry) / whole, abs=1e-6)
 
 
 def test_friction_asymmetry_is_the_ratio_of_both_directions(make_plant: MakePlant) -> None:

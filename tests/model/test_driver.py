@@ -5,9 +5,10 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from experiment import settle
+from experiment import record, settle
 from reference_machine import pond
 
+from hil_emulator.identify.data_checks.dither import averaged
 from hil_emulator.model.plant import Plant
 
 MakePlant = Callable[[dict[str, float]], Plant]
@@ -78,3 +79,34 @@ def test_dither_is_a_sine_on_the_current_and_frees_a_sticking_spool(make_plant: 
         means.append(sum(rows) / len(rows))
     assert means[0] == 0.0
     assert means[1] == pytest.approx(2e-5, rel=0.1)
+
+
+@pytest.mark.parametrize(("amplitude", "kept"), [
+    (3e-4, set()),
+    (1.2e-4, {"hysteresis_width"}),
+    (5e-5, {"hysteresis_width", "threshold_current"}),
+])  # fmt: skip
+def test_averaged_dither_keeps_what_it_does_not_dissolve(amplitude: float, kept: set[str]) -> None:
+    """A hysteresis of 0.3 mA from 0.15 mA on, a threshold of 0.1 mA from 0.1 mA on."""
+    loops = {"hysteresis_width": 3e-4, "threshold_current": 1e-4}
+    changes, (note,) = averaged(pond(**loops, dither_amplitude=amplitude, dither_frequency=150.0))
+    assert {name for name in loops if name not in changes} == kept
+    assert ("trembles" in note) is ("threshold_current" not in kept)
+    assert averaged(pond(**loops)) == ({}, [])
+
+
+def test_averaged_dither_is_the_mean_of_the_trembling_spool(make_plant: MakePlant) -> None:
+    """On a slow ramp up and down the mean position has no loop, as that of the averaged spool."""
+    valve = pond(hysteresis_width=3e-4, threshold_current=1e-4, dither_amplitude=3e-4,
+                 dither_frequency=150.0)  # fmt: skip
+    loops = []
+    for changes in ({}, averaged(valve)[0], {"dither_amplitude": 0.0}):
+        plant = make_plant({**valve, **changes})
+        positions = []
+        for current in (*np.linspace(-2e-3, 2e-3, 60), *np.linspace(2e-3, -2e-3, 60)):
+            plant.inputs.valve_current = float(current)
+            positions.append(np.mean(record(plant, 333, "spool_position")[0]))  # one period
+        loops.append(float(np.median((positions[:59:-1] - np.array(positions[:60]))[10:-10])))
+    trembling, mean, still = loops
+    assert still > 3e-4
+    assert trembling == pytest.approx(mean, abs=0.1 * still)

@@ -18,6 +18,25 @@ CLOSED = {"valve_gain": 1e-30}
 LONG = {"cylinder_stroke": 2.0, "initial_position": 1.5, "load_viscous_friction_coefficient": 500.0}
 
 
+def test_pressure_compensator_keeps_the_speed_under_load(make_plant: MakePlant) -> None:
+    """Extending, A v = K_v u sqrt(min(p_s - p_a, dp_c)) at every load that leaves the setting."""
+    current, kept = 2e-3, 7e5
+    plant = make_plant(bare(**LONG | {"initial_position": 0.2}, valve_laminar_width=1e3,
+                            pressure_compensator_setting=kept))  # fmt: skip
+    plant.state.spool_position = plant.inputs.valve_current = current
+    speed = plant.parameters.valve_gain * current * math.sqrt(kept) / AREA
+    for force in (0.0, 1000.0, 2000.0):
+        plant.inputs.external_force = force
+        settle(plant, 3.0)  # the flow damps nothing
+        assert P_S - plant.signals.pressure_a > kept
+        assert plant.signals.velocity == pytest.approx(speed, rel=2e-3)
+    plant.inputs.external_force = 3100.0  # too much: less than the setting is left
+    settle(plant, 3.0)
+    left = P_S - plant.signals.pressure_a
+    assert left < kept
+    assert plant.signals.velocity == pytest.approx(speed * math.sqrt(left / kept), rel=1e-2)
+
+
 def test_cross_port_relief_lets_an_overload_through(make_plant: MakePlant) -> None:
     """Pushed with F, a cylinder with equal areas yields where q_0 (dp - p_set)/dp_o = A v.
 

@@ -8,12 +8,14 @@ from decimal import Decimal, getcontext
 import numpy as np
 import pytest
 from experiment import lock, record, settle
+from hypothesis import given
+from hypothesis import strategies as st
 from reference_machine import bare, machine
 
 from hil_emulator.model.constants import GAS_REACH, GAS_STRIDE
 from hil_emulator.model.effects.cylinder import end_stops
 from hil_emulator.model.effects.friction import viscous_friction
-from hil_emulator.model.effects.oil import entrained_air
+from hil_emulator.model.effects.oil import cavitation_floor, entrained_air
 from hil_emulator.model.gas import approach
 from hil_emulator.model.kernel import build
 from hil_emulator.model.plant import Plant
@@ -213,6 +215,34 @@ def test_cavitation_floor_is_flat_and_fills_before_pressure_returns(make_plant: 
     returned = back[np.argmax(rising > 0.6e5)]
     assert out.max() - fell > 1e-4
     assert returned == pytest.approx(fell, abs=0.05 * (out.max() - fell))
+
+
+def test_released_air_fills_the_missing_volume_until_the_oil_boils(make_plant: MakePlant) -> None:
+    """Henry's law: b (p_g/p - 1) = (p_g - p_c)/E, p_c continued below p_g; then vapour pressure."""
+    b, released, boiling = 0.004, 0.6e5, 0.1e5
+    separate = {"cavitation_floor_pressure_floor": released,
+                "cavitation_floor_vapour_pressure": boiling}  # fmt: skip
+    plant = make_plant(bare(load_mass=1.0, viscous_friction_coefficient=2e4, **separate,
+                            cavitation_floor_dissolved_air=b))  # fmt: skip
+    between = []
+    plant.inputs.external_force = -6000.0
+    for _ in range(200):
+        settle(plant, 1e-3)
+        p, continued = float(plant.signals.pressure_a), float(plant.state.pressure_a)
+        if boiling < p < released:
+            between.append(p)
+            assert b * (released / p - 1.0) == pytest.approx((released - continued) / BETA)
+    assert len(between) > 5
+    assert p == boiling
+
+
+@given(pressure=st.floats(-1e9, 1e8), floor=st.floats(0.0, 1e5))
+def test_one_pressure_is_the_default_of_cavitation(pressure: float, floor: float) -> None:
+    """Release of air and boiling at one pressure: p = max(p, p_v), bit for bit."""
+    defaults = [p.default for p in cavitation_floor.shape]
+    assert cavitation_floor(max(0.0, pressure), pressure, floor, *defaults, BETA) == max(
+        0.0, pressure, floor
+    )
 
 
 def test_viscosity_temperature_passes_the_points_of_the_grade(make_plant: MakePlant) -> None:

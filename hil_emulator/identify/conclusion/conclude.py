@@ -14,6 +14,7 @@ from hil_emulator.identify.conclusion.findings import (
     Rival,
     Unexplained,
     in_words,
+    shown_unit,
 )
 from hil_emulator.identify.conclusion.other_forms import other_forms
 from hil_emulator.identify.conclusion.result import Result
@@ -160,7 +161,7 @@ def _refitted(search: Search, sheet: Mapping[str, SheetQuantity]) -> dict[str, R
     return {
         c.name: Refitted(
             c.neutral, float(c.value(float(a))), float(c.value(float(a - NORMAL_95 * d))),
-            float(c.value(float(a + NORMAL_95 * d))), c.unit, c.shown, sheet.get(c.field),
+            float(c.value(float(a + NORMAL_95 * d))), c.unit, shown_unit(c), sheet.get(c.field),
         )
         for c, a, d in zip(search.ordinary, final.at, deviations, strict=False)
     }  # fmt: skip
@@ -237,7 +238,7 @@ def _finding(searcher: Searcher, search: Search, coordinate: Coordinate) -> Find
     return Finding(
         name=coordinate.name,
         knob=coordinate.effect.knob.name if coordinate.effect else coordinate.name,
-        value=float(coordinate.value(at)), unit=coordinate.unit, shown=coordinate.shown,
+        value=float(coordinate.value(at)), unit=coordinate.unit, shown=shown_unit(coordinate),
         interval=(float(ends[0]), float(ends[1])), explained=0.0,
         delta_chi2=best.evidence.delta_chi2, held_out=_or_none(best.evidence.held_out),
         group=tuple(group),

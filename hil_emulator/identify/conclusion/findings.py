@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from hil_emulator.config.datasheet import SheetQuantity
-from hil_emulator.identify.disagreement.residuals import SHOWN
+from hil_emulator.identify.disagreement.residuals import shown_as
 from hil_emulator.identify.measured.experiment import Array
-from hil_emulator.units import show
+from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.units import read_as, show
 
 UNEVEN = 0.1
 """Asymmetry of an interval from which both ends are shown: distance of the value from the middle
@@ -17,7 +18,18 @@ relative to half the width (assumed)."""
 
 def rounded(value: float, unit: str, shown: str) -> str:
     """Return a value as text with four significant digits."""
-    return show(float(f"{value:.4g}"), unit, shown)
+    number, blank, written = show(value, unit, shown).partition(" ")
+    digits = f"{float(f'{float(number):.4g}'):.6g}" if math.isfinite(value) else number
+    return f"{digits}{blank}{written}"
+
+
+_BESIDE_THE_AXIS = ("supply", "tank", "valve", "driver", "lines")
+"""Tables whose lengths and speeds are not those of the moved axis."""
+
+
+def shown_unit(c: Coordinate) -> str:
+    """Return the unit in which people read a parameter: that of a turned axis in rad, N m."""
+    return c.shown if c.place in _BESIDE_THE_AXIS else read_as(c.unit, c.shown or c.unit)
 
 
 TOLERANCE = 0.1
@@ -210,7 +222,7 @@ def in_words(regressor: str, knots: Array, curve: Array, unit: str) -> str:
     size = float(np.max(np.abs(curve)))
     if size == 0.0:
         return "zero"
-    factor, shown = SHOWN.get(unit, (1.0, unit))
+    factor, shown = shown_as(unit)
     return f"up to {size * factor:.3g} {shown}, {_parity(regressor, knots, curve)}"
 
 

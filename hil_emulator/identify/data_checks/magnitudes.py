@@ -21,7 +21,7 @@ from hil_emulator.identify.measured.experiment import (
     noise_of,
 )
 from hil_emulator.model.sensors import CHANNELS
-from hil_emulator.units import show
+from hil_emulator.units import read_as, show
 
 WRONG_UNIT_RATIO = 8.0
 """Ratio to the configuration from which a unit is wrong (assumed)."""
@@ -55,6 +55,13 @@ _SHOWN = {c.name: (c.unit, c.shown) for c in CHANNELS} | {
     **{f: (UNITS[f], "l/min") for f in FLOWS},
     REFERENCE: ("m", "mm"),
 }
+
+
+def _shown(channel: str, value: float) -> str:
+    unit, linear = _SHOWN[channel]
+    return show(value, unit, read_as(unit, linear))
+
+
 _PRESSURES = ("pressure_a", "pressure_b", "supply_pressure")
 
 
@@ -76,9 +83,7 @@ def _far(name: str, values: Array, plant: Mapping[str, float]) -> str:
     typical = float(np.nanmedian(np.abs(values)))
     if typical <= max(IMPLAUSIBLE_SPANS * SPANS[name], _reach(name, plant)):
         return ""
-    return (
-        f"{name} is about {show(typical, *_SHOWN[name])}, far beyond any range; is its unit right?"
-    )
+    return f"{name} is about {_shown(name, typical)}, far beyond any range; is its unit right?"
 
 
 def _reach(name: str, plant: Mapping[str, float]) -> float:
@@ -96,7 +101,7 @@ def _pressure(name: str, values: Array) -> str:
     low = float(np.nanquantile(values, NEGATIVE))
     if low >= VACUUM:
         return ""
-    return f"{name} falls to {show(low, *_SHOWN[name])}, below vacuum; is it a pressure?"
+    return f"{name} falls to {_shown(name, low)}, below vacuum; is it a pressure?"
 
 
 def _position(e: Experiment, plant: Mapping[str, float]) -> str:

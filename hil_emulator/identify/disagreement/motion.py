@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hil_emulator.identify.disagreement.gap import Compared, Gap, floor_of
+from hil_emulator.identify.disagreement.residuals import shown_as
 from hil_emulator.identify.measured.experiment import Array, Mask
 from hil_emulator.identify.prediction.observer.predictor import Predictor
 
@@ -53,14 +54,15 @@ def by_motion(predictor: Predictor, compared: Compared, kind: str = "free") -> G
 
 def regions(usual: float) -> list[tuple[str, float, float]]:
     """Return names and borders of the regions of motion for a usual speed [m/s]."""
-    still = float(f"{STANDING_BORDER * usual:.1g}")
-    slow = float(f"{SLOW_BORDER * usual:.1g}")
+    scale, unit = shown_as("m/s")
+    written = [f"{border * usual * scale:.1g}" for border in (STANDING_BORDER, SLOW_BORDER)]
+    still, slow = (float(level) / scale for level in written)
     return [
-        (f"retracting, |v| > {1e3 * slow:g} mm/s", -np.inf, -slow),
-        (f"retracting, |v| < {1e3 * slow:g} mm/s", -slow, -still),
-        (f"standing, |v| < {1e3 * still:g} mm/s", -still, still),
-        (f"extending, |v| < {1e3 * slow:g} mm/s", still, slow),
-        (f"extending, |v| > {1e3 * slow:g} mm/s", slow, np.inf),
+        (f"retracting, |v| > {scale * slow:g} {unit}", -np.inf, -slow),
+        (f"retracting, |v| < {scale * slow:g} {unit}", -slow, -still),
+        (f"standing, |v| < {scale * still:g} {unit}", -still, still),
+        (f"extending, |v| < {scale * slow:g} {unit}", still, slow),
+        (f"extending, |v| > {scale * slow:g} {unit}", slow, np.inf),
     ]
 
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hil_emulator.identify.disagreement.residuals import shown_as
 from hil_emulator.identify.estimation.fit import Fit
 from hil_emulator.identify.estimation.free_terms import DiscrepancyTerm, combined
 from hil_emulator.identify.estimation.projection import Projection
@@ -192,26 +193,30 @@ def _conditions(states: Regressors) -> Iterator[tuple[str, Mask]]:
     v, x = states["velocity"], states["position"]
     ways = (("both directions", np.ones(len(v), bool)), ("extending", v > 0.0),
             ("retracting", v < 0.0))  # fmt: skip
-    for level in _levels(np.abs(v), 1e3):
+    scale, unit = shown_as("m/s")
+    speed = np.abs(v) * scale
+    for level in _levels(speed):
         for way, moving in ways:
-            yield f"|v| < {level:g} mm/s, {way}", (np.abs(v) < level * 1e-3) & moving
-            yield f"|v| > {level:g} mm/s, {way}", (np.abs(v) > level * 1e-3) & moving
-    places = _levels(x, 1e3)
+            yield f"|v| < {level:g} {unit}, {way}", (speed < level) & moving
+            yield f"|v| > {level:g} {unit}, {way}", (speed > level) & moving
+    scale, unit = shown_as("m")
+    place = x * scale
+    places = _levels(place)
     for i, low in enumerate(places):
-        yield f"x < {low:g} mm", x < low * 1e-3
-        yield f"x > {low:g} mm", x > low * 1e-3
+        yield f"x < {low:g} {unit}", place < low
+        yield f"x > {low:g} {unit}", place > low
         for high in places[i + 1 :]:
-            yield f"{low:g} mm < x < {high:g} mm", (x > low * 1e-3) & (x < high * 1e-3)
+            yield f"{low:g} {unit} < x < {high:g} {unit}", (place > low) & (place < high)
     for name, label, scale in (
         ("spool position", "mA", 1e3), ("pressure a", "bar", 1e-5), ("pressure b", "bar", 1e-5),
         ("pressure difference", "bar", 1e-5),
     ):  # fmt: skip
-        for level in _levels(states[name], scale) if name in states else ():
+        for level in _levels(states[name] * scale) if name in states else ():
             yield f"{name} < {level:g} {label}", states[name] * scale < level
             yield f"{name} > {level:g} {label}", states[name] * scale > level
 
 
-def _levels(values: Array, scale: float) -> list[float]:
+def _levels(values: Array) -> list[float]:
     """Return levels at the quantiles of some values, with two digits."""
-    quantiles = np.quantile(values * scale, BORDER_QUANTILES)
+    quantiles = np.quantile(values, BORDER_QUANTILES)
     return sorted({float(f"{v:.2g}") for v in quantiles})

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from hil_emulator.identify.disagreement.gap import View
-from hil_emulator.identify.disagreement.residuals import SHOWN
+from hil_emulator.identify.disagreement.residuals import shown_as
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.observer.predictor import Predictor
 
@@ -63,7 +63,7 @@ class Repeatability:
         return self.share > REPEATING
 
     def __str__(self) -> str:
-        factor, unit = SHOWN.get(self.unit, (1.0, self.unit))
+        factor, unit = shown_as(self.unit)
         return (
             f"{self.rms * factor:.3g} {unit} rms of the {self.channel.replace('_', ' ')} are "
             f"unexplained ({self.rms / self.spread:.0%} of its standard deviation), and "

@@ -22,6 +22,7 @@ from hil_emulator.identify.prediction.observer.frozen_experiment import Frozen
 from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.observer.predictor import Predictor
 from hil_emulator.identify.prediction.parallel.pool import side_by_side
+from hil_emulator.units import factor, read_as
 
 TERM_STRENGTH = 0.03
 """Deviation of a term relative to the largest force, flow, current or pressure (assumed)."""
@@ -46,6 +47,13 @@ SHOWN = {"m^3/s": (6e4, "l/min"), "m/s": (1e3, "mm/s"), "m": (1e3, "mm"), "Pa": 
          "Pa/s": (1e-5, "bar/s"), "Pa/s^2": (1e-5, "bar/s^2"), "Pa*m": (1e-2, "bar*mm"),
          "m/s^2": (1.0, "m/s^2")}  # fmt: skip
 """Factor and unit of data sheets, by SI unit; every regressor has one."""
+
+
+def shown_as(unit: str) -> tuple[float, str]:
+    """Return factor and unit in which reports show a quantity of an SI unit."""
+    times, linear = SHOWN.get(unit, (1.0, unit))
+    shown = read_as(unit, linear)
+    return (times, linear) if shown == linear else (1.0 / factor(unit, shown), shown)
 
 
 @dataclass(frozen=True)
@@ -209,14 +217,14 @@ def _map(
     term: DiscrepancyTerm, period: float, before: tuple[Array, Array], after: tuple[Array, Array]
 ) -> Map:
     balance, regressor = term.balance, term.regressor
-    factor, unit = SHOWN[balance.unit]
-    regressor_factor, regressor_unit = SHOWN[REGRESSORS[regressor].unit]
+    scale, unit = shown_as(balance.unit)
+    regressor_scale, regressor_unit = shown_as(REGRESSORS[regressor].unit)
     ends = np.quantile(before[0], (0.005, 0.995))
     edges = np.linspace(ends[0], ends[1], BINS + 1)
-    centres = 0.5 * (edges[:-1] + edges[1:]) * regressor_factor
-    one, two = (_binned(d, r * factor, edges) for d, r in (before, after))
-    frequency, spectrum = _spectrum(before[1] * factor, period)
-    spectra = (spectrum, _spectrum(after[1] * factor, period)[1])
+    centres = 0.5 * (edges[:-1] + edges[1:]) * regressor_scale
+    one, two = (_binned(d, r * scale, edges) for d, r in (before, after))
+    frequency, spectrum = _spectrum(before[1] * scale, period)
+    spectra = (spectrum, _spectrum(after[1] * scale, period)[1])
     loop = _loop(*before, edges)
     return Map(
         balance.name, regressor, unit, regressor_unit, centres, one, two, frequency, spectra, loop

@@ -21,7 +21,7 @@ from hil_emulator.identify.measured.experiment import UNITS, Array, Mask
 from hil_emulator.identify.measured.grid import FEWEST_SAMPLES
 from hil_emulator.identify.measured.reading import Series
 from hil_emulator.model.sensors import CHANNELS
-from hil_emulator.units import show
+from hil_emulator.units import read_as, show
 
 DEVIATION_WINDOW = 101
 """Length of the window for the usual deviation [samples] (assumed)."""
@@ -85,6 +85,7 @@ def without_bad_samples(series: Mapping[str, Series], notes: list[str]) -> dict[
         rows = bad_samples(name, one)
         if len(rows):
             unit, shown = _SHOWN.get(name) or (UNITS[name], UNITS[name])
+            shown = read_as(unit, shown)
             low, high = (show(v, unit, shown) for v in (one.values[rows].min(),
                                                         one.values[rows].max()))  # fmt: skip
             values = low if low == high else f"{low} ... {high}"

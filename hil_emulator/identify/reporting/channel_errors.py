@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from hil_emulator.identify.conclusion.result import Result
-from hil_emulator.identify.disagreement.residuals import SHOWN
+from hil_emulator.identify.disagreement.residuals import shown_as
 from hil_emulator.identify.measured.experiment import UNITS
 
 Errors = Mapping[str, float]
@@ -12,7 +12,7 @@ Errors = Mapping[str, float]
 
 def unit_of(channel: str) -> str:
     """Return the unit in which a channel's errors are shown."""
-    return SHOWN[UNITS[channel]][1]
+    return shown_as(UNITS[channel])[1]
 
 
 def titled(channel: str) -> str:
@@ -24,7 +24,7 @@ def number(channel: str, errors: Errors, name: str) -> str:
     """Return an error in the channel's unit, without the unit; "" if it is unknown."""
     if name not in errors:
         return ""
-    return three_digits(errors[f"{name}_rms"] * SHOWN[UNITS[channel]][0])
+    return three_digits(errors[f"{name}_rms"] * shown_as(UNITS[channel])[0])
 
 
 def three_digits(value: float) -> str:

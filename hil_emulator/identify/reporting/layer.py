@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from hil_emulator.identify.conclusion.findings import Finding, Refitted, rounded
+from hil_emulator.identify.conclusion.findings import Finding, Refitted, rounded, shown_unit
 from hil_emulator.identify.conclusion.result import Result
 from hil_emulator.identify.measured.experiment import FLOWS
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
@@ -96,7 +96,7 @@ def _effect(search: Search, coordinate: Coordinate, finding: Finding) -> str:
         owner, _, name = shape.name.rpartition(".")
         if owner == coordinate.name:
             value = shape.value(float(at[shape.name]))
-            law.append(f"{name} = {quoted(value, shape.unit, shape.shown)}")
+            law.append(f"{name} = {quoted(value, shape.unit, shown_unit(shape))}")
     low, high = (rounded(v, finding.unit, finding.shown) for v in finding.interval)
     return (
         f"{coordinate.effect.name} = {{ {', '.join(law)} }}"
@@ -119,7 +119,7 @@ def _estimate(refitted: Refitted) -> str:
 
 
 def _ordinary(coordinate: Coordinate, value: float, refitted: Refitted | None) -> str:
-    unit, shown = coordinate.unit, coordinate.shown
+    unit, shown = coordinate.unit, shown_unit(coordinate)
     text = f"   # ordinary parameter, configured {show(coordinate.neutral, unit, shown)}"
     if refitted is not None:
         text = f"   # {_estimate(refitted)}, 95 %: {refitted.words(refitted.low)} ... "

@@ -7,7 +7,7 @@ import numpy as np
 
 from hil_emulator.identify.conclusion.findings import Unexplained
 from hil_emulator.identify.conclusion.result import Result
-from hil_emulator.identify.disagreement.residuals import SHOWN, Binned, Map
+from hil_emulator.identify.disagreement.residuals import Binned, Map, shown_as
 from hil_emulator.identify.measured.experiment import UNITS, Array
 from hil_emulator.identify.prediction.free_terms.regressors import REGRESSORS
 from hil_emulator.identify.reporting.canvas import (
@@ -60,7 +60,7 @@ def trace(result: Result, name: str) -> bytes:
     t = result.traces[name]
     free = _free(t)
     prefix = "free_" if free else ""
-    factor, unit = SHOWN[UNITS[name.rpartition("/")[2]]]
+    factor, unit = shown_as(UNITS[name.rpartition("/")[2]])
     old, new = t[f"{prefix}before"], t[f"{prefix}after"]
     here = _stretch(t, old)
     drawn, (top, bottom) = figure(3.9, rows=2, sharex=True, height_ratios=(3, 2))
@@ -149,10 +149,10 @@ def _band(axes: Any, drawn_map: Map, binned: Binned, colour: str) -> None:
 
 def term(unexplained: Unexplained) -> bytes:
     """Draw an unexplained term over its regressor."""
-    factor, unit = SHOWN[unexplained.unit]
+    factor, unit = shown_as(unexplained.unit)
     drawn, axes = figure(2.4)
     knots = np.array(unexplained.knots)
-    scale, regressor_unit = SHOWN[REGRESSORS[unexplained.regressor].unit]
+    scale, regressor_unit = shown_as(REGRESSORS[unexplained.regressor].unit)
     axes.plot(scale * knots, factor * np.array(unexplained.curve), "o-", color=BEFORE)
     axes.axhline(0.0, color=MEASURED, lw=0.5)
     axes.set_xlabel(f"{unexplained.regressor} [{regressor_unit}]", fontsize=9)

@@ -168,6 +168,10 @@ def friction_along_stroke(
     shape=(
         Param("time_constant", "s", "time in which the film follows the speed", 0.05, 1e-3, 1.0,
               shown="ms", default=0.05, source="10 to 100 ms assumed", spread=factor(3.0)),
+        Param("asymmetry", "1", "part by which the loop is wider while the rod extends, and "
+              "narrower while it retracts; with 100 % it has a loop in one direction only",
+              0.0, -1.0, 1.0, shown="%", default=0.0,
+              source="S1 Fig. 3.9: the loop is wider for v > 0", spread=SETTING),
     ),
     states=(Quantity("speed", "m/s", "speed that the film's thickness belongs to"),),
     source="S1 Fig. 3.9; first-order lag of the film's thickness from Tran, Hafizah and Yanada "
@@ -178,16 +182,18 @@ def friction_along_stroke(
 )  # fmt: skip
 def film_lag(
     scale: float, velocity: float, speed: float, strength: float, time_constant: float,
-    friction_transition_velocity: float,
+    asymmetry: float, friction_transition_velocity: float,
 ) -> tuple[float, float]:  # fmt: skip
-    """F = F (1 + k (|v| - v_f)/(|v| + v_f + v_t)),  dv_f/dt = (|v| - v_f)/tau.
+    """F = F (1 + k_v (|v| - v_f)/(|v| + v_f + v_t)),  dv_f/dt = (|v| - v_f)/tau.
 
     Friction is higher while the rod speeds up than while it slows down.
 
     The film is still thin then, and still thick afterwards; at steady speed the effect is 0.
+    k_v = k (1 + a v/(|v| + v_t))/(1 + |a|): the wider loop has the whole strength.
     """
-    ahead = abs(velocity) - speed
-    factor = 1.0 + strength * ahead / (abs(velocity) + speed + friction_transition_velocity)
+    ahead, width = abs(velocity) - speed, abs(velocity) + friction_transition_velocity
+    wider = strength * (1.0 + asymmetry * velocity / width) / (1.0 + abs(asymmetry))
+    factor = 1.0 + wider * ahead / (abs(velocity) + speed + friction_transition_velocity)
     return scale * factor, ahead / time_constant
 
 

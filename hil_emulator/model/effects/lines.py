@@ -1,4 +1,4 @@
-"""Parts between valve and cylinder: lines, load-holding valves, relief valves at the chambers."""
+"""Parts around the valve: compensator, lines, load-holding valves, relief valves of chambers."""
 
 import math
 from typing import NamedTuple
@@ -12,6 +12,7 @@ from hil_emulator.model.stages import (
     cylinder_line_rates,
     holding,
     holding_rates,
+    kept_drop,
     line_a,
     line_b,
     line_flow_a,
@@ -127,6 +128,23 @@ def cylinder_lines(chamber: float, excess_a: float) -> float:
     Oil swings in the lines between valve and cylinder, and loses pressure there.
     """
     return max(0.0, chamber + excess_a)
+
+
+@effect(
+    kept_drop,
+    knob=Param("setting", "Pa", "pressure difference that it keeps", 7e5, 1e5, math.inf,
+               shown="bar", off=math.inf, difference=True),
+    source="proportional directional valves with individual compensators, such as Danfoss PVG 32: "
+           "7 bar over the edge from the pump; ideal and without delay",
+    signature="the speed does not depend on load and supply while more than the setting is left",
+    not_modelled="dynamics and droop of the compensator; its check valve; load sensing of the pump",
+)  # fmt: skip
+def pressure_compensator(drop: float, setting: float) -> float:
+    """dp = min(dp, dp_c), at the edges s-a and s-b.
+
+    A compensator ahead of the spool keeps its flow independent of load and supply.
+    """
+    return min(drop, setting)
 
 
 @effect(
@@ -297,5 +315,5 @@ def shut_off_valves(opening: float, shut: float) -> float:
 
 EFFECTS = (
     cylinder_lines, cross_port_relief, port_relief_valves, anti_cavitation, pilot_check_valves,
-    shut_off_valves,
+    shut_off_valves, pressure_compensator,
 )  # fmt: skip

@@ -5,7 +5,7 @@ import math
 from numba.extending import register_jitable
 
 from hil_emulator.model.constants import ATMOSPHERE, LEAST_GAS_PRESSURE, REFERENCE_TEMPERATURE
-from hil_emulator.model.declare import Param, effect, factor
+from hil_emulator.model.declare import SETTING, Param, effect, factor
 from hil_emulator.model.stages import (
     gas_expansion,
     gas_pressure,
@@ -173,18 +173,37 @@ def line_compliance(bulk_modulus: float, volume: float, compliance: float) -> fl
 
 @effect(
     vapour,
-    knob=Param("pressure_floor", "Pa", "pressure at which vapour and released air fill the chamber",
+    knob=Param("pressure_floor", "Pa", "pressure below which the oil releases air",
                0.6e5, 0.0, 1e5, shown="bar", source="S2: 0.6 bar"),
-    source="S2; the vapour volume is filled again before the pressure rises",
+    shape=(
+        Param("vapour_pressure", "Pa", "pressure at which the oil boils; from pressure_floor on it "
+              "is that, and no air is released", 1e5, 0.0, 1e5, shown="bar", default=1e5,
+              source="S2 has one pressure for both; mineral oil at 40 °C: below 1 mbar",
+              spread=SETTING),
+        Param("dissolved_air", "1", "volume of the air that the oil holds at pressure_floor, over "
+              "the oil's", 0.09, 1e-4, 1.0, shown="%", default=0.09,
+              source="Bunsen coefficient of mineral oil: 8 to 9 %", spread=SETTING),
+    ),
+    source="S2; Henry's law for the released air, isothermal and in equilibrium; the volume of "
+           "vapour and air is filled again before the pressure rises",
     signature="flat bottom of a chamber's pressure while the rod runs ahead of the flow",
-    not_modelled="time for growth and collapse of bubbles",
+    not_modelled="time for growth and collapse of bubbles, and for air to dissolve; with "
+                 "entrained_air the missing volume is only about (p_g - p_c)/E",
 )  # fmt: skip
-def cavitation_floor(pressure: float, pressure_floor: float) -> float:
-    """p = max(p, p_v), the volume below p_v counted as vapour.
+def cavitation_floor(
+    pressure: float, continued: float, pressure_floor: float, vapour_pressure: float,
+    dissolved_air: float, oil_bulk_modulus: float,
+) -> float:  # fmt: skip
+    """p = max(p, p_v, p_g/(1 + (p_g - p_c)/(b E))),  p_v = min(p_v, p_g).
 
     The oil cavitates.
+
+    The pressure of the balances is continued below p_g as p_c. The missing volume, (p_g - p_c)/E of
+    the chamber's, is that of released air, b (p_g/p - 1), until the oil boils.
     """
-    return max(pressure, pressure_floor)
+    missing = max(0.0, pressure_floor - continued) / (dissolved_air * oil_bulk_modulus)
+    least = min(vapour_pressure, pressure_floor)
+    return max(max(pressure, least), pressure_floor / (1.0 + missing))
 
 
 EFFECTS = (
