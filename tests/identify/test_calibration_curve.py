@@ -52,7 +52,6 @@ def misread(experiment: Experiment, channel: str) -> Experiment:
     return replace(experiment, readings={**experiment.readings, channel: read})
 
 
-@pytest.mark.usefixtures("exact_forms")
 @pytest.mark.parametrize(
     "channel",
     [c if c == "pressure_a" else pytest.param(c, marks=pytest.mark.slow) for c in WAVES],

@@ -14,8 +14,6 @@ from hil_emulator.identify.selection.search import Searcher
 from hil_emulator.identify.selection.starts import NonlinearCheck
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
-pytestmark = pytest.mark.usefixtures("exact_forms")
-
 DELAY = 7e-4
 """Of the set point that the machine has and the configuration lacks [s]."""
 

@@ -16,8 +16,6 @@ from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.prediction.residuals.huber import OUTLIER, WORST, tamed
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
-pytestmark = pytest.mark.usefixtures("exact_forms")
-
 WEIGHTS = np.ones(2)
 ANYWHERE = np.full(2, -np.inf), np.full(2, np.inf)
 PARALLEL = np.array([[1.0, 1.0], [0.0, 1e-3], [0.0, 0.0]])

@@ -56,7 +56,6 @@ def test_a_window_shows_what_the_whole_shows_there(
 
     Base laws have the model's form here: in a window they may differ otherwise than in the whole.
     """
-    monkeypatch.setattr(Observer, "relax", lambda *_: None)
     fitter, part = leaking()
     whole = fitter.residual(ORDINARY, part.fit.at)
     assert part.rows is not None

@@ -18,8 +18,6 @@ from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant import parameters
 from tests.identify.rig_data import INSTRUMENTS, knee_model
 
-pytestmark = pytest.mark.usefixtures("exact_forms")
-
 SMALL = 1e-4
 """Step at which the quotients below are exact, in prior standard deviations."""
 

@@ -20,8 +20,6 @@ from tests.studies.generator.bench import TRAINING, VALIDATION, record
 from tests.studies.generator.cases import case, machine
 from tests.studies.generator.sensors import CHANNELS
 
-pytestmark = pytest.mark.usefixtures("exact_forms")
-
 RATE = 1.5
 """Rate limit of the machine's spool [A/s]: its largest steps take 8 ms."""
 

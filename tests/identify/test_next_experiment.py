@@ -72,7 +72,6 @@ def forecaster() -> Forecaster:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("exact_forms")
 def test_the_better_experiment_is_known_beforehand() -> None:
     """A small chirp around rest separates small leaks, steps hardly do: forecast and confirmed."""
     asked = forecaster()

@@ -13,8 +13,6 @@ from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.scan import scan
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
-pytestmark = pytest.mark.usefixtures("exact_forms")
-
 HIDDEN = 1e-4
 """Change of the residuals that no fit sees, in standard deviations of the noise."""
 

@@ -16,8 +16,6 @@ from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant import parameters
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
-pytestmark = pytest.mark.usefixtures("exact_forms")
-
 FREQUENCY, DAMPING = 2.0 * np.pi * 120.0, 0.1
 """Of the line [rad/s], and over the critical one: half a metre of hose (assumed)."""
 

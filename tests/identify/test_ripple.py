@@ -20,8 +20,6 @@ from tests.studies.generator.bench import record
 from tests.studies.generator.benches import FIRST
 from tests.studies.generator.plant import Machine
 
-pytestmark = pytest.mark.usefixtures("exact_forms")
-
 HIDDEN = {"stribeck_friction": 40.0, "position_friction": 0.4, "friction_asymmetry": -0.12}
 """Sizes of three laws of friction, SI."""
 

@@ -8,8 +8,6 @@ from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant.parameters import ordinary
 
-pytestmark = pytest.mark.usefixtures("exact_forms")
-
 
 @pytest.mark.slow
 @pytest.mark.parametrize(

@@ -19,8 +19,6 @@ from hil_emulator.identify.selection.law_form import nearest
 from hil_emulator.identify.selection.scan import scan
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
-pytestmark = pytest.mark.usefixtures("exact_forms")
-
 RESISTANCE = 3e13
 """Of the return line that the machine has and the configuration lacks [Pa*s^2/m^6]."""
 

@@ -21,8 +21,6 @@ NEARLY = {"hysteresis": 0.015, "harmonic_force": 0.01}
 ALWAYS = ("internal_leakage", "stribeck_friction", "pressure_a.offset")
 """Candidates that every run asks of: a flow, a force, a sensor."""
 
-pytestmark = pytest.mark.usefixtures("exact_forms")
-
 FULL = pytest.mark.full(sibling="test_a_value_comes_out_where_it_is")
 
 CANDIDATES = {c.name: c for c in parameters.candidates(knee_model(), INSTRUMENTS)}

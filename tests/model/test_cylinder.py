@@ -228,6 +228,22 @@ def test_asymmetry_widens_the_loop_of_film_lag_in_one_direction(asymmetry: float
     assert share(-0.2) == pytest.approx(0.3 * (1.0 - asymmetry) / whole, abs=1e-6)
 
 
+def test_dahl_friction_follows_an_exponential_of_the_distance(make_plant: MakePlant) -> None:
+    """After a reversal F/F_c = -(1 - 2 exp(-x/d)), at any speed."""
+    distance = 2e-5
+    for speed in (1e-3, 1e-2):
+        plant = make_plant(ballistic(coulomb_friction_force=100.0, dahl_friction_share=1.0,
+                                     friction_presliding_distance=distance, load_mass=1e6))  # fmt: skip
+        plant.state.velocity = speed
+        settle(plant, 10.0 * distance / speed)
+        assert plant.signals.friction_force == pytest.approx(100.0, rel=1e-3)
+        plant.state.velocity, turned = -speed, float(plant.state.position)
+        settle(plant, distance / speed)
+        way = turned - float(plant.state.position)
+        expected = -100.0 * (1.0 - 2.0 * math.exp(-way / distance))
+        assert plant.signals.friction_force == pytest.approx(expected, rel=5e-3)
+
+
 def test_friction_asymmetry_is_the_ratio_of_both_directions(make_plant: MakePlant) -> None:
     """Friction out over friction in is (1 + k)/(1 - k)."""
     plant = make_plant(bare(viscous_friction_coefficient=1000.0, coulomb_friction_force=100.0,

@@ -99,8 +99,7 @@ def conclude(searcher: Searcher, search: Search, thorough: bool = True) -> Resul
         if thorough:
             result.plan = recommend(searcher, search, f.name, f.group, searcher.report)
         result.next_experiment = str(result.plan or "") or _advice(searcher, f)
-    predictor, last = searcher.fitter.predictor, _last_fit(search)
-    result.notes += other_forms(predictor, searcher.fitter.frozen, last)
+    result.notes += other_forms(_last_fit(search))
     _measure(searcher, search, result)
     searcher.fitter.release()
     return result

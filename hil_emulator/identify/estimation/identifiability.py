@@ -42,9 +42,7 @@ def identifiable(
         jobs: threads.
 
     """
-    # variable forms of a law would make parameters of one product differ
-    pool = Threads(predictor, jobs, exact=True)
-    fitter, start = Fitter(predictor, experiments, pool), np.zeros(len(free))
+    fitter, start = Fitter(predictor, experiments, Threads(predictor, jobs)), np.zeros(len(free))
     fitter.freeze(free, start)
     base = fitter.residual(free, start)
     slopes = fitter.jacobian(free, start, base)

@@ -15,7 +15,7 @@ from hil_emulator.identify.prediction.benches.meters import Meter, with_meters
 from hil_emulator.identify.prediction.free_terms.balances import FLOW_A, Balance
 from hil_emulator.identify.prediction.free_terms.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.model_run.run import INPUT_COUNT
-from hil_emulator.identify.prediction.observer.predictor import ExactForms
+from hil_emulator.identify.prediction.observer.predictor import FixedCovariance
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.prediction.residuals.correlation import Noise
@@ -35,7 +35,7 @@ HIDDEN = ("cross_leakage", "outward_leakage", "oil", "coupling", "play", "load",
 """Stages whose effects do not change the flow at given pressures."""
 
 
-class FlowBench(ExactForms):
+class FlowBench(FixedCovariance):
     """Computes the residual of a flow, with the interface of `predictor.Predictor`.
 
     Args:

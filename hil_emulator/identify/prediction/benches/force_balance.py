@@ -25,7 +25,7 @@ from hil_emulator.identify.prediction.benches.presliding import (
 from hil_emulator.identify.prediction.free_terms.balances import CELL, PISTON, Balance
 from hil_emulator.identify.prediction.free_terms.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.model_run.records import Moments, Places
-from hil_emulator.identify.prediction.observer.predictor import ExactForms
+from hil_emulator.identify.prediction.observer.predictor import FixedCovariance
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.prediction.residuals.correlation import (
@@ -73,7 +73,7 @@ class MeasuredStates:
     correlogram: Correlogram | None = None
 
 
-class StaticObserver(ExactForms):
+class StaticObserver(FixedCovariance):
     """Computes the residual of the force balance, with the interface of `observer.Observer`.
 
     Args:

@@ -25,7 +25,7 @@ from hil_emulator.identify.prediction.free_terms.balances import (
 )
 from hil_emulator.identify.prediction.free_terms.regressors import Regressors, regressors
 from hil_emulator.identify.prediction.model_run.records import Sweep, Unknowns
-from hil_emulator.identify.prediction.observer.predictor import ExactForms
+from hil_emulator.identify.prediction.observer.predictor import FixedCovariance
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.prediction.plant.nominal import of_leakage
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
@@ -82,7 +82,7 @@ class SweepStates(MeasuredStates):
     responses: dict[str, Array]
 
 
-class SweepBench(ExactForms):
+class SweepBench(FixedCovariance):
     """Computes residuals of a slow sweep, with the interface of `predictor.Predictor`.
 
     Args:

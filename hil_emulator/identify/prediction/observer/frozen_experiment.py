@@ -12,7 +12,6 @@ from hil_emulator.identify.prediction.model_run.records import (
     Start,
     Tuning,
 )
-from hil_emulator.identify.prediction.residuals.integrated_out import IntegratedOut
 
 
 @dataclass
@@ -33,7 +32,6 @@ class Frozen:
         weights: inverse standard deviation of each channel's whitened innovations.
         probed: derivatives by the probes, see `Observer.probed`; None until they are needed.
         recent: cached whitened innovations at the last points, at which fits often start.
-        forms: differences of base laws that are integrated out of every residual.
         sensor_run: a point, the inputs of the sensors there, and the whitened innovations; used by
             the derivatives by many sensor errors.
 
@@ -52,7 +50,6 @@ class Frozen:
     chan: Array
     weights: Array
     probed: Entries | None = None
-    forms: IntegratedOut | None = None
     # not copied by `replace`: caches are not valid with other data or gains
     recent: dict[bytes, Array] = field(default_factory=dict, init=False)
     sensor_run: tuple[bytes, SensorInputs, Array] | None = field(default=None, init=False)

@@ -20,7 +20,6 @@ from hil_emulator.identify.prediction.model_run.records import (
     SensorInputs,
     Start,
 )
-from hil_emulator.identify.prediction.observer.form_deviations import deviations
 from hil_emulator.identify.prediction.observer.frozen_experiment import Frozen
 from hil_emulator.identify.prediction.observer.integration_steps import (
     CAREFUL_STEP,
@@ -31,16 +30,11 @@ from hil_emulator.identify.prediction.observer.tuning import decay, tuning
 from hil_emulator.identify.prediction.plant.plant_model import PlantModel
 from hil_emulator.identify.prediction.plant.probes import PROBES
 from hil_emulator.identify.prediction.residuals.correlation import Noise
-from hil_emulator.identify.prediction.residuals.huber import tamed
-from hil_emulator.identify.prediction.residuals.integrated_out import integrated_out
 from hil_emulator.identify.prediction.residuals.noise import noise_levels, quiet_rms
 from hil_emulator.model.sensors import wiring
 
 INNOVATION_CORRELATION_TIME = 0.1
 """Smallest assumed correlation time of innovations [s] (assumed)."""
-
-REWEIGHED = 2
-"""Number of times that weights are recomputed with other forms of the base laws integrated out."""
 
 RECENT = 4
 """Number of points whose innovations are cached."""
@@ -265,34 +259,14 @@ class Observer:
         entry = self.entry(frozen, balance)
         columns = self._propagated(frozen, entry, terms[: 0 if balance.channel else count], outputs)
         columns *= frozen.weights.astype(np.float32)
-        return self.integrated_out(frozen, columns.reshape(terms.shape[1], -1))
-
-    def integrated_out(self, frozen: Frozen, rows: Columns) -> Columns:
-        """Return residuals or derivatives with other forms of the base laws integrated out."""
-        if frozen.forms is None:
-            return rows
-        return frozen.forms.of(rows).astype(rows.dtype, copy=False)
-
-    def relax(self, frozen: Frozen, par: Array, chan: Array) -> None:
-        """Compute the random differences of base laws from other published forms, at a point."""
-        frozen.forms = None
-        laws, columns = deviations(self, frozen, par, chan)
-        frozen.forms = integrated_out(columns, laws)
-        for _ in range(REWEIGHED):
-            rest = frozen.forms.of(tamed(self.innovations(frozen, par, chan)[0]))
-            factors = self._quiet(frozen, rest.reshape(frozen.data.measured.shape))
-            frozen.weights = frozen.weights * factors
-            columns = columns * np.tile(factors, len(frozen.data.measured))
-            frozen.forms = integrated_out(columns, laws)
+        return columns.reshape(terms.shape[1], -1)
 
     def log_determinant(self, frozen: Frozen) -> float:
         """Return the logarithm of the determinant of the innovations' covariance."""
         counted = ~frozen.data.settling
         roots = np.linalg.slogdet(frozen.gains.whitening[counted].astype(np.float64))[1]
         present = np.isfinite(frozen.data.measured[counted]).sum(axis=0)
-        weights = float(roots.sum() + present @ np.log(frozen.weights))
-        forms = 0.0 if frozen.forms is None else frozen.forms.log_determinant
-        return forms - 2.0 * weights
+        return -2.0 * float(roots.sum() + present @ np.log(frozen.weights))
 
     def _propagated(self, frozen: Frozen, entry: Entries, inputs: Array, outputs: Array) -> Single:
         """Return the whitened innovations' derivatives by terms, (terms, samples, channels)."""

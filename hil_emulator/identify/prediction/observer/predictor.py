@@ -62,12 +62,6 @@ class Predictor(Protocol):
         They may be linearised along the run at the point.
         """
 
-    def relax(self, frozen: Any, par: Array, chan: Array) -> None:
-        """Compute the random differences of base laws from other published forms, at a point."""
-
-    def integrated_out(self, frozen: Any, rows: Array) -> Array:
-        """Return rows, shape (..., residuals), with these differences integrated out."""
-
     def log_determinant(self, frozen: Any) -> float:
         """Return the logarithm of the determinant of the innovations' covariance.
 
@@ -91,18 +85,11 @@ class Predictor(Protocol):
         """
 
 
-class ExactForms:
-    """Base of predictors without differences between published forms of base laws."""
+class FixedCovariance:
+    """Base of predictors whose innovations have a covariance that no parameter changes."""
 
     absent: frozenset[str] = frozenset()
     later: frozenset[str] = frozenset()
-
-    def relax(self, frozen: Any, par: Array, chan: Array) -> None:
-        """Do nothing: there are no differences."""
-
-    def integrated_out(self, frozen: Any, rows: Array) -> Array:
-        """Return the rows unchanged."""
-        return rows
 
     def log_determinant(self, frozen: Any) -> float:
         """Return NaN: the covariance does not depend on the parameters."""

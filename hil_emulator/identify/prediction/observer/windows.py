@@ -45,8 +45,6 @@ def window(frozen: Frozen, first: int, last: int) -> Frozen:
     data, start, here = frozen.data, frozen.start, slice(first, last)
     settling = data.settling[here].copy()
     settling[: round(BURN_IN / data.period)] = True
-    channels = data.measured.shape[1]
-    forms = frozen.forms and frozen.forms.within(first * channels, last * channels)
     z = frozen.predicted[first].copy()
     state = start.state.copy()
     state[start.active] = z[: len(start.active)]
@@ -58,7 +56,7 @@ def window(frozen: Frozen, first: int, last: int) -> Frozen:
         frozen, data=shorter, start=start._replace(state=state, z=z),
         gains=Gains(*(g[here] for g in frozen.gains)),
         jacobians=Jacobians(*(j[here] for j in frozen.jacobians)),
-        predicted=frozen.predicted[here], probed=None, forms=forms,
+        predicted=frozen.predicted[here], probed=None,
     )  # fmt: skip
 
 

@@ -69,19 +69,16 @@ class Threads:
     Args:
         predictor: computes innovations.
         jobs: number of threads; each predicts one experiment at a time.
-        exact: whether base laws are fixed to the model's form.
 
     """
 
-    def __init__(self, predictor: Predictor, jobs: int = 1, *, exact: bool = False) -> None:
-        self._predictor, self.jobs, self._exact = predictor, jobs, exact
+    def __init__(self, predictor: Predictor, jobs: int = 1) -> None:
+        self._predictor, self.jobs = predictor, jobs
 
     def freeze(self, experiments: Sequence[Experiment], point: Point) -> Batch:
         """Freeze experiments at a point and compute their weights there."""
         predictor, jobs = self._predictor, self.jobs
-        frozen = list(side_by_side(
-            lambda e: frozen_at(predictor, e, point, exact=self._exact), experiments, jobs
-        ))  # fmt: skip
+        frozen = list(side_by_side(lambda e: frozen_at(predictor, e, point), experiments, jobs))
         noise = noise_of_all([predictor.noise_estimate(f) for f in frozen])
         batch = LocalBatch(predictor, frozen, jobs)
         return batch if noise is None else batch.sharing(noise)
@@ -184,20 +181,16 @@ def sharing(predictor: Predictor, frozen: object, noise: Noise) -> object:
     return other
 
 
-def frozen_at(
-    predictor: Predictor, experiment: Experiment, point: Point, *, exact: bool = False
-) -> object:
+def frozen_at(predictor: Predictor, experiment: Experiment, point: Point) -> object:
     """Return an experiment, frozen and weighted at a point."""
     frozen = predictor.freeze(experiment, *point)
     predictor.weigh(frozen, *point)
-    if not exact:
-        predictor.relax(frozen, *point)
     return frozen
 
 
 def residual(predictor: Predictor, frozen: object, point: Point) -> Array:
     """Return the residual of one experiment at a point, flat."""
-    return predictor.integrated_out(frozen, tamed(predictor.innovations(frozen, *point)[0]))
+    return tamed(predictor.innovations(frozen, *point)[0]).ravel()
 
 
 def other_sensors(
@@ -205,4 +198,4 @@ def other_sensors(
 ) -> Array:
     """Return one experiment's residuals with other sensors and the plant of `base`, each flat."""
     residuals = predictor.with_other_sensors(frozen, *base, [chan for _, chan in points])
-    return predictor.integrated_out(frozen, tamed(residuals).reshape(len(points), -1))
+    return tamed(residuals).reshape(len(points), -1)
