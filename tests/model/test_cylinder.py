@@ -233,7 +233,8 @@ def test_dahl_friction_follows_an_exponential_of_the_distance(make_plant: MakePl
     distance = 2e-5
     for speed in (1e-3, 1e-2):
         plant = make_plant(ballistic(coulomb_friction_force=100.0, dahl_friction_share=1.0,
-                                     friction_presliding_distance=distance, load_mass=1e6))  # fmt: skip
+                                     friction_presliding_distance=distance,
+                                     load_mass=1e6))  # fmt: skip
         plant.state.velocity = speed
         settle(plant, 10.0 * distance / speed)
         assert plant.signals.friction_force == pytest.approx(100.0, rel=1e-3)
