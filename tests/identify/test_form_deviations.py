@@ -1,4 +1,4 @@
-"""Base laws of another form, integrated out of the residuals."""
+"""Differences of base laws, integrated out of the residuals."""
 
 from dataclasses import replace
 
@@ -15,10 +15,10 @@ from hil_emulator.identify.prediction.residuals.integrated_out import integrated
 from tests.identify.rig_data import INSTRUMENTS, OFF, knee_model, recorded
 
 
-def test_what_is_integrated_out_is_the_inverse_root_of_the_covariance() -> None:
+def test_rows_are_multiplied_by_the_inverse_root_of_the_covariance() -> None:
     """Rows are multiplied by (I + X X')^(-1/2), computed here from the whole covariance.
 
-    A residual orthogonal to every direction stays as it is.
+    A residual orthogonal to all differences is not changed.
     """
     random = np.random.default_rng(1)
     x = random.normal(size=(3, 40)) * np.array([[0.1], [3.0], [50.0]])
@@ -32,16 +32,18 @@ def test_what_is_integrated_out_is_the_inverse_root_of_the_covariance() -> None:
 
 
 def test_a_column_that_is_not_finite_changes_nothing() -> None:
-    """A run that leaves the model's range removes nothing."""
+    """A difference with a diverged run has no influence."""
     rows = np.ones((1, 10))
     nothing = integrated_out(np.full((2, 10), np.nan))
     np.testing.assert_array_equal(nothing.of(rows), rows)
 
 
-def test_an_oil_that_stiffens_with_pressure_is_no_misfit(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A modulus that rises with pressure by a usual amount leaves less than half of its error.
+def test_an_oil_that_stiffens_with_pressure_is_not_a_misfit(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A usual rise of the modulus with pressure leaves less than half of its error.
 
-    No data sheet states that rise. More than half of the error of a bias of the valve stays.
+    More than half of the error of a null bias stays.
     """
     # all residuals by the same weights
     monkeypatch.setattr(observer, "REWEIGHED", 0)
@@ -66,7 +68,7 @@ def test_an_oil_that_stiffens_with_pressure_is_no_misfit(monkeypatch: pytest.Mon
 
 @pytest.mark.parametrize(("rise", "reported"), [(0.0, False), (40.0, True)])
 def test_a_law_of_another_form_is_reported(rise: float, reported: bool) -> None:
-    """The stiffening of the oil is named as the law that differs, if it does."""
+    """The stiffening of the oil is reported as the law that differs."""
     model = knee_model()
     predictor = Observer(model, INSTRUMENTS)
     fitter = Fitter(predictor, [recorded({"modulus_pressure_rise": rise}, "steps", 3, 1.0)])
