@@ -22,7 +22,7 @@ from hil_emulator.identify.session import identify
 PHASES: dict[str, Callable[..., Any]] = {
     "ordinary parameters": converge,
     "screening": scan,
-    "sizes to begin with": NonlinearCheck.best,
+    "starting points": NonlinearCheck.best,
     "refits": CandidateRefits.refit,
     "free terms": score_terms,
     "discrepancies": Discrepancies.__init__,

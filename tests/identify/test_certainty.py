@@ -1,4 +1,4 @@
-"""Effects that explain next to nothing: named only where they can be nothing else."""
+"""Weak effects, confounded effects, and intervals of values."""
 
 from dataclasses import replace
 
@@ -62,10 +62,10 @@ def search(
     ("delta_chi2", "uncertainty", "too_faint"),
     [(300.0, 0.28, False), (300.0, 0.33, True), (500.0, 0.33, False)],
 )
-def test_a_faint_effect_needs_a_value_that_differs_from_zero(
+def test_a_weak_effect_needs_a_value_that_differs_from_zero(
     delta_chi2: float, uncertainty: float, too_faint: bool
 ) -> None:
-    """Below a percent of the variance, one in a thousand has to be as far off by chance (3.29)."""
+    """Below 1 % of the variance, an effect must be significant at 1e-3 (3.29 deviations)."""
     assert (
         weak_effects(search(delta_chi2, uncertainty=uncertainty))
         == ["position_friction"] * too_faint
@@ -76,15 +76,15 @@ def test_a_faint_effect_needs_a_value_that_differs_from_zero(
     ("delta_chi2", "free", "too_faint"),
     [(300.0, 300.0, False), (300.0, 320.0, True), (500.0, 600.0, False)],
 )
-def test_a_faint_effect_explains_more_than_a_free_term(
+def test_a_weak_effect_explains_more_than_a_free_term(
     delta_chi2: float, free: float, too_faint: bool
 ) -> None:
-    """A free term may gain 10 in chi-square by chance; it may not gain 1 % of the effect."""
+    """A weak effect is dropped if a free term significantly gains more than it did."""
     assert weak_effects(search(delta_chi2, free=free)) == ["position_friction"] * too_faint
 
 
-def test_a_faint_effect_needs_a_machine_that_occurs() -> None:
-    """A small gain gives no name if the valve would have to be six deviations off."""
+def test_a_weak_effect_needs_plausible_parameters() -> None:
+    """A weak effect is dropped if the valve is six prior deviations off."""
     finished = search(300.0)
     valve = next(c for c in ordinary(knee_model()) if c.name == "valve_gain")
     last = finished.rounds[-1]
@@ -102,19 +102,19 @@ def test_a_faint_effect_needs_a_machine_that_occurs() -> None:
     ("delta_chi2", "information", "too_faint"),
     [(300.0, 10.0, True), (300.0, 12.0, False), (500.0, 10.0, False)],
 )
-def test_a_faint_effect_would_show_at_its_usual_size(
+def test_a_weak_effect_is_visible_at_its_typical_size(
     delta_chi2: float, information: float, too_faint: bool
 ) -> None:
-    """An effect without enough information is not named for a small gain, but for a large one."""
+    """An effect without enough information is named for a large gain only."""
     finished = search(delta_chi2, information=information)
     assert weak_effects(finished) == ["position_friction"] * too_faint
 
 
 @pytest.mark.parametrize(("refused", "too_faint"), [(590.0, False), (610.0, True)])
-def test_a_faint_effect_explains_no_less_than_what_was_refused(
+def test_a_weak_effect_gains_no_less_than_a_rejected_candidate(
     refused: float, too_faint: bool
 ) -> None:
-    """Where something that is not there explains twice as much, something else is there."""
+    """A weak effect is dropped if a rejected candidate gained more than twice as much."""
     finished = search(300.0)
     named = finished.rounds[0]
     other = replace(named.trials[0], evidence=replace(named.trials[0].evidence, delta_chi2=refused))
@@ -123,21 +123,21 @@ def test_a_faint_effect_explains_no_less_than_what_was_refused(
 
 
 @pytest.mark.parametrize(("delta_chi2", "too_faint"), [(300.0, True), (500.0, False)])
-def test_a_faint_effect_needs_a_law_that_fits(delta_chi2: float, too_faint: bool) -> None:
-    """A rise along the stroke is not named if ripple explains more."""
+def test_a_weak_effect_needs_a_law_that_fits(delta_chi2: float, too_faint: bool) -> None:
+    """A weak effect with a lack of fit is dropped."""
     finished = search(delta_chi2)
     finished.law_mismatch["position_friction"] = "a free term explains 74 % more"
     assert weak_effects(finished) == ["position_friction"] * too_faint
 
 
-def test_doubts_come_on_top_of_what_the_data_leave() -> None:
-    """They have nothing to do with each other: their squares add."""
+def test_independent_uncertainties_add_as_squares() -> None:
+    """Uncertainties from data and from unexplained terms are independent: their squares add."""
     finished = search(100.0, from_fit=0.3, uncertainty=0.4)
     fit = finished.rounds[-1].base
     assert total_deviation(finished, fit, "position_friction") == pytest.approx(0.5, rel=1e-3)
 
 
-def test_a_law_that_lacks_something_leaves_its_value_uncertain() -> None:
+def test_lack_of_fit_makes_a_value_uncertain() -> None:
     """A misfit of a quarter of the amplitude makes the value uncertain by a quarter."""
     finished = search(1e4, from_fit=0.1)
     finished.lack_of_fit["position_friction"] = 0.25**2
@@ -148,8 +148,8 @@ def test_a_law_that_lacks_something_leaves_its_value_uncertain() -> None:
 
 
 @pytest.mark.parametrize(("off", "doubted"), [(3.0, True), (1.5, False)])
-def test_what_a_strange_parameter_may_stand_in_for_is_uncertain(off: float, doubted: bool) -> None:
-    """By how much the data want another delay with the valve that is configured, if any do."""
+def test_the_confounded_part_of_an_effect_is_its_shift(off: float, doubted: bool) -> None:
+    """The confounded part is the shift of the delay if the valve had its configured bandwidth."""
     valve = next(c for c in ordinary(knee_model()) if c.name == "valve_natural_frequency")
     delay, prior = COORDINATES["transport_delay"], np.array([0.0, 1.0 / valve.prior])
     slow = np.random.default_rng(4).normal(0.0, 50.0, (200, 2)) @ [[1.0, 2.0], [0.0, 3.0]]
@@ -168,7 +168,7 @@ def test_what_a_strange_parameter_may_stand_in_for_is_uncertain(off: float, doub
 def test_a_value_with_an_implausible_parameter_is_uncertain(
     off: float, other_law: bool, doubted: bool
 ) -> None:
-    """The value's interval is wider if the parameter is that far off with p < 0.05."""
+    """The interval is wider if an ordinary parameter is implausible, p < 0.05."""
     finished, name = search(1e4), "position_friction"
     usual = [c for c in ordinary(knee_model()) if c.stated]
     free, place = [*finished.effects, *usual], 1 + [c.name for c in usual].index("load_mass")
@@ -191,8 +191,8 @@ def test_a_value_with_an_implausible_parameter_is_uncertain(
 
 
 @pytest.mark.parametrize("doubt", [0.01, 0.3, 0.6, 2.0])
-def test_an_interval_is_that_of_an_effect_which_is_there(doubt: float) -> None:
-    """The interval does not hold the off value; 2.5 % of the other draws lie beyond each end."""
+def test_an_interval_is_truncated_at_zero(doubt: float) -> None:
+    """The interval excludes zero; 2.5 % of the other draws are beyond each end."""
     finished = search(1e4, uncertainty=doubt)
     low, high = interval(finished, finished.rounds[-1].base, "position_friction")
     draws = 1.0 + doubt * np.random.default_rng(1).standard_normal(400_000)
@@ -200,8 +200,8 @@ def test_an_interval_is_that_of_an_effect_which_is_there(doubt: float) -> None:
     assert 0.0 < low < 1.0 < high
 
 
-def test_an_interval_of_another_law_counts_the_few_numbers_behind_its_spread() -> None:
-    """Six hats give the spread, one of them the size; 95 % of the truths are inside."""
+def test_an_interval_with_lack_of_fit_has_few_degrees_of_freedom() -> None:
+    """With a lack of fit from six hat functions, 95 % of the intervals contain the truth."""
     random, finished = np.random.default_rng(2), search(1e4)
     fit, inside = finished.rounds[-1].base, []
     fit = replace(fit, residual=fit.residual[:1], jacobian=fit.jacobian[:1])
@@ -213,8 +213,8 @@ def test_an_interval_of_another_law_counts_the_few_numbers_behind_its_spread() -
     assert np.mean(inside) == pytest.approx(0.95, abs=0.015)
 
 
-def test_an_interval_holds_the_size_that_one_more_experiment_wants() -> None:
-    """Where seven experiments want sizes that are apart, 95 % of those of an eighth are inside."""
+def test_an_interval_covers_a_further_experiment() -> None:
+    """With seven heterogeneous estimates, 95 % of the intervals contain an eighth one."""
     random, finished = np.random.default_rng(3), search(1e4)
     fit, inside = finished.rounds[-1].base, []
     fit = replace(fit, residual=fit.residual[:1], jacobian=fit.jacobian[:1])
@@ -234,8 +234,8 @@ def test_an_interval_holds_the_size_that_one_more_experiment_wants() -> None:
     assert np.mean(inside) == pytest.approx(0.95, abs=0.015)
 
 
-def test_the_larger_measure_of_what_a_law_lacks_counts() -> None:
-    """Free terms see what is alike in all experiments, and sizes what no regressor explains."""
+def test_the_larger_measure_of_lack_of_fit_counts() -> None:
+    """Free terms measure a common misfit, estimates by experiment one without a regressor."""
     finished = search(1e4)
     fit, name = finished.rounds[-1].base, "position_friction"
     estimates = EstimatesByExperiment(1.0, 1, [""] * 3, [0.9, 1.0, 1.1], [1e-8] * 3)
@@ -250,10 +250,10 @@ def test_the_larger_measure_of_what_a_law_lacks_counts() -> None:
     ("values", "deviation", "other"),
     [([0.7, 1.0, 1.3], 0.05, True), ([0.9, 1.0, 1.1], 0.01, False), ([0.7, 1.0, 1.3], 0.2, False)],
 )
-def test_a_law_whose_sizes_are_apart_is_another_one(
+def test_heterogeneous_estimates_show_another_law(
     values: list[float], deviation: float, other: bool
 ) -> None:
-    """Beyond chance, and beyond the root of the 1.5 % that any law may lack: 12 % of itself."""
+    """Differences must be significant, and exceed 12 %, the root of the tolerance of a law."""
     fit, name = search(1e4).rounds[-1].base, "position_friction"
     estimates = EstimatesByExperiment(1.0, 1, ["", "", ""], values, [deviation**2] * 3)
     words = heterogeneous_estimates(ReportedModel(fit, {}, {name: estimates}, []))
@@ -264,10 +264,12 @@ def test_a_law_whose_sizes_are_apart_is_another_one(
     ("about", "parts"),
     [(0.0, {}), (0.01, {}), (0.025, {"position_friction": "-400 to 400 %"})],
 )
-def test_sizes_about_zero_are_reported_as_well(about: float, parts: dict[str, str]) -> None:
-    """A value near zero has large relative parts, if the experiments determine it.
+def test_heterogeneous_estimates_about_zero_are_reported(
+    about: float, parts: dict[str, str]
+) -> None:
+    """A value near zero has large relative differences, if the experiments determine it.
 
-    A value below half of its uncertainty in each experiment, or of zero, has no parts.
+    Without that the estimates are not compared.
     """
     fit, name = search(1e4).rounds[-1].base, "position_friction"
     estimates = EstimatesByExperiment(about, 1, ["", "", ""], [-0.1, 0.0, 0.1], [0.02**2] * 3)
@@ -277,7 +279,7 @@ def test_sizes_about_zero_are_reported_as_well(about: float, parts: dict[str, st
 
 
 def test_the_misfit_of_a_calibration_counts_for_the_errors_of_its_sensor_only() -> None:
-    """The misfit widens the intervals of other parameters, not that of this sensor's gain."""
+    """A misfit of a calibration curve widens the intervals of all but that sensor's gain."""
     finished = search(1e4)
     last = finished.rounds[-1]
     both = [COORDINATES["load_force.gain_error"], COORDINATES["pressure_a.gain_error"]]

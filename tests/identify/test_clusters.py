@@ -1,4 +1,4 @@
-"""How much less residuals are worth that come again at the same place of the stroke."""
+"""Cluster-robust variance of residuals that are correlated in time and by place of the stroke."""
 
 import numpy as np
 import pytest
@@ -35,12 +35,12 @@ def rippling(random: np.random.Generator, position: Array) -> Array:
 
 
 @pytest.mark.parametrize(("places", "low", "high"), [(True, 0.6, 3.0), (False, 0.0, 0.3)])
-def test_what_ripples_along_the_stroke_scatters_a_value(
+def test_clusters_by_place_give_the_variance_with_ripple(
     places: bool, low: float, high: float
 ) -> None:
-    """Clusters by place give the variance of a value over many machines.
+    """Clusters by place give the variance of an estimate over many machines.
 
-    The fitted law depends on the place, too. Blocks of time give less than a third of the variance.
+    Clusters by time alone give less than a third of it.
     """
     random, which = np.random.default_rng(7), clusters(places)
     position = np.concatenate([e.readings["position"] for e in strokes()])
@@ -55,8 +55,8 @@ def test_what_ripples_along_the_stroke_scatters_a_value(
     assert low < float(np.mean(variances) / np.mean(happened)) < high
 
 
-def test_white_noise_is_worth_what_it_is() -> None:
-    """Without correlation, no way of grouping widens a variance by much."""
+def test_white_noise_has_a_variance_factor_near_one() -> None:
+    """With white noise neither grouping increases the variance much."""
     random = np.random.default_rng(8)
     column = np.sin(0.05 * np.arange(4 * SAMPLES))
     factors = [clusters(places=True).variance_factor(column, random.standard_normal(len(column)))
@@ -64,8 +64,8 @@ def test_white_noise_is_worth_what_it_is() -> None:
     assert 1.0 <= np.median(factors) < 1.3
 
 
-def test_both_ways_are_one_more_than_either() -> None:
-    """Clusters by place do not reduce the variance of an error that is slow in time."""
+def test_clusters_by_place_do_not_reduce_the_variance() -> None:
+    """The factor with both groupings is at least that with groups by time."""
     random = np.random.default_rng(9)
     slow = np.repeat(random.standard_normal(4 * SAMPLES // BLOCK), BLOCK)
     column = np.ones(len(slow))
@@ -74,7 +74,7 @@ def test_both_ways_are_one_more_than_either() -> None:
 
 
 def test_without_a_reading_the_place_is_unknown() -> None:
-    """Where no position was read, there is no place; both ways come by the same ones."""
+    """Samples without a position belong to no place; both directions share the places."""
     there, back = np.linspace(0.0, WAY, SAMPLES), np.linspace(WAY, 0.0, SAMPLES)
     there[10] = np.nan
     logs = [Experiment("there", PERIOD, there, {"position": there}),
@@ -87,6 +87,6 @@ def test_without_a_reading_the_place_is_unknown() -> None:
 
 
 def test_a_rod_that_rests_has_no_places() -> None:
-    """A rod that never moved has blocks of time only."""
+    """A constant position gives groups by time only."""
     at_rest = [Experiment("rest", PERIOD, np.zeros(SAMPLES), {"position": np.full(SAMPLES, 0.02)})]
     assert (places_of(at_rest)[0] == -1).all()

@@ -1,4 +1,4 @@
-"""Where the first fit begins, and that a fit ends no worse than it began."""
+"""Coarse search for the start of the first fit."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def fitter(**changes: float) -> Fitter:
 
 @pytest.mark.parametrize(("number", "sense"), [(120.0, 1.0), (14.7, 0.0), (2.0, -1.0)])
 def test_a_fit_begins_near_an_unstated_number_that_is_far_off(number: float, sense: float) -> None:
-    """Edges that are laminar eight times as far, as usual, or hardly at all; the rest as stated."""
+    """Wide parameters start near their true values, stated ones at their configured values."""
     free = parameters.ordinary(knee_model())
     names = [c.name for c in free]
     start = coarse_start(fitter(valve_critical_reynolds_number=number), free)
@@ -29,8 +29,8 @@ def test_a_fit_begins_near_an_unstated_number_that_is_far_off(number: float, sen
     assert not any(at for c, at in zip(free, start, strict=True) if c.stated)
 
 
-def test_a_fit_beside_a_missing_effect_ends_no_worse_than_it_began() -> None:
-    """With a large overlap missing, parameters do not run away from where they are likely."""
+def test_a_fit_with_a_missing_effect_ends_no_worse_than_it_began() -> None:
+    """With a large overlap missing, the parameters stay plausible."""
     free = parameters.ordinary(knee_model())
     with_overlap = fitter(overlap_lap=2e-4)
     with_overlap.freeze(free, np.zeros(len(free)))

@@ -1,4 +1,4 @@
-"""Further effects next to a law that does not fit, on problems with a known answer."""
+"""Gains conditional on named laws, for problems with a known answer."""
 
 import numpy as np
 import pytest
@@ -28,13 +28,13 @@ OTHER_LEAK = 0.6 * SHAPE + 0.8 * BEND
 
 
 def base(residual: np.ndarray) -> Fit:
-    """Return a model with a leak in it that leaves such a residual."""
+    """Return a model with a leak that leaves a residual."""
     leak = COORDINATES["internal_leakage"]
     return Fit([leak], np.ones(1), residual, 100.0 * LEAK[:, None], float(residual @ residual))
 
 
 def term(balance: Balance, regressor: str, fit: Fit, *columns: np.ndarray) -> DiscrepancyTerm:
-    """Return a free term of such a shape; chance reaches 10."""
+    """Return a free term with such a column; its critical value is 10."""
     delta_chi2 = sum(float(c @ fit.residual) ** 2 for c in columns)
     knots = np.zeros(6)
     return DiscrepancyTerm(
@@ -43,12 +43,12 @@ def term(balance: Balance, regressor: str, fit: Fit, *columns: np.ndarray) -> Di
 
 
 def candidate(name: str, fit: Fit, sensitivity: np.ndarray) -> Score:
-    """Return the score of an effect of which fifty such sensitivities are a typical size."""
+    """Return the score of an effect with fifty such columns as typical size."""
     return score_of(COORDINATES[name], -50.0 * sensitivity, Projection(fit))
 
 
 def judged(spring: float, *names: str) -> Round:
-    """Return a round after a leak of another law was named.
+    """Return a round after a leak with a misfit was named.
 
     It leaves 70, the null 22, something at the load `spring` standard deviations.
     """
@@ -71,8 +71,8 @@ def judged(spring: float, *names: str) -> Round:
     return round_
 
 
-def test_the_misfit_of_a_law_is_no_gain_of_another_effect() -> None:
-    """A null bias gains the same with any leak; another leak gains nothing more."""
+def test_the_misfit_of_a_law_is_not_a_gain_of_another_effect() -> None:
+    """Conditional on the leak, a null bias keeps its gain and another leak gains nothing."""
     fit = base(70.0 * SHAPE + 22.0 * NULL)
     test = ConditionalTest([term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)], fit)
     assert test.candidate(candidate("null_bias", fit, NULL)) == pytest.approx(22.0**2)
@@ -83,7 +83,7 @@ def test_the_misfit_of_a_law_is_no_gain_of_another_effect() -> None:
 
 
 def test_a_term_that_is_the_misfit_of_a_law_gains_nothing() -> None:
-    """The flow into a chamber shows what the leak leaves: once more, and not something else."""
+    """A flow term that shows the misfit of the leak gains nothing conditional on the leak."""
     fit = base(70.0 * SHAPE + 22.0 * NULL)
     test = ConditionalTest([term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)], fit)
     assert test.term(term(FLOW_B, "pressure b", fit, SHAPE)) == pytest.approx(0.0, abs=1e-6)
@@ -92,7 +92,7 @@ def test_a_term_that_is_the_misfit_of_a_law_gains_nothing() -> None:
 
 
 def test_a_second_effect_is_named_next_to_a_law_that_does_not_fit() -> None:
-    """The null is named, however much larger what the leak leaves, which another leak resembles."""
+    """The null is named although the misfit of the leak is larger and resembles another leak."""
     round_ = judged(0.0, "external_leakage", "null_bias")
     assert round_.accepted
     assert round_.trials[0].score.coordinate.name == "null_bias"
@@ -100,8 +100,8 @@ def test_a_second_effect_is_named_next_to_a_law_that_does_not_fit() -> None:
 
 
 @pytest.mark.parametrize(("spring", "accepted"), [(30.0, True), (60.0, False)])
-def test_no_name_where_something_else_explains_far_more(spring: float, accepted: bool) -> None:
-    """Beside that law, too, an unknown term that explains seven times as much comes first."""
+def test_no_name_if_an_unknown_term_explains_far_more(spring: float, accepted: bool) -> None:
+    """Next to a misfit, too, an unknown term with seven times the gain prevents a name."""
     round_ = judged(spring, "null_bias")
     assert round_.accepted is accepted
     assert round_.unknown is not accepted
@@ -111,7 +111,7 @@ def test_no_name_where_something_else_explains_far_more(spring: float, accepted:
 def test_a_gain_above_that_of_any_shape_of_a_law_is_another_effect(
     law: float, accepted: bool
 ) -> None:
-    """Two shapes of the leak hide it from each other, and what they leave lasts."""
+    """A candidate that gains more than any shape of a named law is named."""
     fit = base(law * SHAPE + 70.0 * BEND)
     score = candidate("gain_asymmetry", fit, 0.7 * SHAPE + 0.7 * BEND)
     gain = score.statistic
@@ -127,7 +127,7 @@ def test_a_gain_above_that_of_any_shape_of_a_law_is_another_effect(
 
 @pytest.mark.parametrize(("law", "keeps"), [(35.0, True), (70.0, False)])
 def test_an_independent_effect_keeps_nearly_all_of_its_gain(law: float, keeps: bool) -> None:
-    """A fifth of it looks like what the leak leaves; where that is as large, it counts too much."""
+    """A candidate with a large part of its gain in the misfit is not independent."""
     fit = base(law * SHAPE + 70.0 * NULL)
     test = ConditionalTest([term(LEAKAGE, "pressure difference", fit, LEAK, SHAPE)], fit)
     score = candidate("null_bias", fit, 0.2 * SHAPE + 0.98 * NULL)
@@ -148,7 +148,7 @@ def test_an_independent_effect_keeps_nearly_all_of_its_gain(law: float, keeps: b
 def test_effects_elsewhere_are_tried_next_to_a_law_that_does_not_fit(
     tried: str, law: float, expected: list[str]
 ) -> None:
-    """A null bias is as clear next to the leak's misfit, although four others may gain more."""
+    """A null bias is refitted although four candidates have larger scores by the misfit."""
     fit = base(law * SHAPE + 22.0 * NULL)
     sensitivities = {
         "null_bias": NULL,
@@ -166,8 +166,8 @@ def test_effects_elsewhere_are_tried_next_to_a_law_that_does_not_fit(
     assert [s.coordinate.name for s in untried_independent(search, judged)] == expected
 
 
-def test_candidates_that_all_do_harm_are_in_order() -> None:
-    """Where every refit ended above where it began, the least bad one comes first."""
+def test_candidates_without_gain_are_ordered() -> None:
+    """If no refit improves the fit, the least harmful candidate comes first."""
     fit = base(22.0 * NULL)
     score = candidate("null_bias", fit, NULL)
     trials = [Trial(score, fit, Evidence(g, 0.0, 1.0, 20.0), 1.0) for g in (-30.0, -20.0)]
@@ -183,10 +183,10 @@ def test_candidates_that_all_do_harm_are_in_order() -> None:
         ((60_000.0, 30_000.0), (55_800.0, 44_900.0), (55_800.0, 44_900.0)),
     ],
 )
-def test_all_data_decide_between_those_that_hold_elsewhere(
+def test_the_total_gain_orders_equivalent_candidates(
     first_gains: tuple[float, float], other: tuple[float, float], first: tuple[float, float]
 ) -> None:
-    """Of gains on training and held-out data, the latter come first unless nearly equal."""
+    """Held-out gains order candidates; total gains order those with nearly equal ones."""
     fit = base(22.0 * NULL)
     score = candidate("null_bias", fit, NULL)
     trials = [Trial(score, fit, Evidence(g, 0.0, h, 20.0), 1.0) for g, h in (first_gains, other)]
@@ -195,8 +195,8 @@ def test_all_data_decide_between_those_that_hold_elsewhere(
 
 
 @pytest.mark.parametrize(("hats", "worth"), [(6, True), (24, False)])
-def test_a_term_that_follows_any_ripple_needs_more(hats: int, worth: bool) -> None:
-    """A gain that is noticeable with six hat functions is not with twenty-four."""
+def test_a_term_with_more_hats_needs_a_larger_gain(hats: int, worth: bool) -> None:
+    """A gain that is noticeable with 6 hat functions is not with 24."""
     fit = base(22.0 * NULL)
     knots = np.zeros(hats)
     statistic = 2.0 * 0.01 * N + 5.0

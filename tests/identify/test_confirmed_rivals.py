@@ -1,4 +1,4 @@
-"""Rivals in the place of a named effect of the finished model."""
+"""Rivals refitted in place of a named effect of the final model."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ COORDINATES = {c.name: c for c in parameters.candidates(knee_model(), INSTRUMENT
 
 @pytest.fixture(scope="module")
 def leaking() -> tuple[Fitter, Fit]:
-    """Return a model of a leak, fitted to a machine that also has a strong load spring."""
+    """Return a leak model fitted to a machine that also has a strong load spring."""
     changes = {"internal_leakage_conductance": 1e-14, "load_spring_stiffness": 4000.0}
     data = [recorded(changes, kind, 5 + i) for i, kind in enumerate(("multisine", "steps"))]
     fitter = Fitter(Observer(knee_model(), INSTRUMENTS), data)
@@ -30,10 +30,10 @@ def leaking() -> tuple[Fitter, Fit]:
     return fitter, final
 
 
-def test_an_effect_that_gains_as_much_in_addition_is_no_rival(
+def test_an_effect_that_gains_as_much_in_addition_is_not_a_rival(
     leaking: tuple[Fitter, Fit],
 ) -> None:
-    """The spring explains more than the leak, but not what the leak explains."""
+    """The spring explains more than the leak, but a different residual."""
     fitter, final = leaking
     spring = [COORDINATES["load_spring"]], np.array([1.0])
     named, at = final.coordinates[-1].name, final.at[:-1]
@@ -42,8 +42,8 @@ def test_an_effect_that_gains_as_much_in_addition_is_no_rival(
     assert confirmed_rivals(fitter, final, named, [spring]) == []
 
 
-def test_the_same_effect_by_another_name_is_one(leaking: tuple[Fitter, Fit]) -> None:
-    """A rival that takes over all that the named effect explains is reported."""
+def test_a_copy_of_the_effect_is_a_rival(leaking: tuple[Fitter, Fit]) -> None:
+    """An effect that explains all of the same residual is reported as a rival."""
     fitter, final = leaking
     leak = final.coordinates[-1]
     model = [leak], np.array([0.5 * final.at[-1]])

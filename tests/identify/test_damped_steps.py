@@ -1,4 +1,4 @@
-"""Which steps of a fit are tried, and which residuals computed to the end."""
+"""Damped Gauss-Newton steps, limits of residuals, and convergence."""
 
 import numpy as np
 import pytest
@@ -23,13 +23,13 @@ PARALLEL = np.array([[1.0, 1.0], [0.0, 1e-3], [0.0, 0.0]])
 
 
 def offered(jacobian: np.ndarray, size: float) -> list[np.ndarray]:
-    """Return every step from a residual of some size along the first column."""
+    """Return all steps for a residual of some size along the first column."""
     residual = size * jacobian[:, 0]
     return list(steps(jacobian, residual, WEIGHTS, np.zeros(2), ANYWHERE, first=False))
 
 
 def test_the_first_step_is_the_minimum_of_the_linear_model() -> None:
-    """The first step solves the normal equations, priors included."""
+    """The first step solves the normal equations with priors."""
     residual = np.array([3.0, 0.5, -1.0])
     first = next(steps(PARALLEL, residual, WEIGHTS, np.zeros(2), ANYWHERE, first=False))
     stacked = np.vstack([PARALLEL, np.eye(2)])
@@ -38,7 +38,7 @@ def test_the_first_step_is_the_minimum_of_the_linear_model() -> None:
 
 
 def test_a_step_that_meets_a_bound_is_the_minimum_within_it() -> None:
-    """The other coordinate is best for the one that is held (scipy's bounded fit)."""
+    """The step equals that of scipy's bounded least squares."""
     jacobian = np.array([[1.0, 1.0], [0.0, 0.3], [0.5, 0.0]])
     residual = np.array([3.0, 0.5, -1.0])
     bounds = np.array([-0.2, -9.0]), np.array([9.0, 9.0])
@@ -49,8 +49,8 @@ def test_a_step_that_meets_a_bound_is_the_minimum_within_it() -> None:
     assert first == pytest.approx(wanted.x, rel=1e-6)
 
 
-def test_no_step_is_tried_that_promises_nothing() -> None:
-    """A fit that begins at its minimum ends there; a failed step needs a larger promise."""
+def test_no_step_with_a_small_predicted_gain_is_tried() -> None:
+    """A fit at its minimum ends; after a failed step the predicted gain must be larger."""
     # along one column c with a prior of one, the gain of r = s c is s^2 |c|^4 / (|c|^2 + 1)
     column = np.eye(3)[:, :2]
     assert offered(column, np.sqrt(1.9 * LEAST_PREDICTED)) == []
@@ -58,8 +58,8 @@ def test_no_step_is_tried_that_promises_nothing() -> None:
     assert len(offered(column, np.sqrt(4.0 * LEAST_PREDICTED_DAMPED))) > 1
 
 
-def test_a_damped_step_is_tried_only_where_it_differs_from_the_one_that_failed() -> None:
-    """Well-conditioned, damping by a thousandth changes nothing; along a valley it does."""
+def test_a_damped_step_must_differ_from_the_failed_one() -> None:
+    """Damping changes a step along a flat valley, but not one of a well-conditioned problem."""
     residual = np.array([100.0, 0.0, 30.0])
     plain = list(steps(np.eye(3)[:, :2], residual, WEIGHTS, np.zeros(2), ANYWHERE, first=False))
     assert len(plain) < len(DAMPINGS)
@@ -73,7 +73,7 @@ def test_a_damped_step_is_tried_only_where_it_differs_from_the_one_that_failed()
 
 
 def test_a_residual_is_complete_or_beyond_the_limit() -> None:
-    """Within its own loss it is the one that is computed alone, and its priors count."""
+    """Below the limit the residual equals that computed alone; the limit includes the priors."""
     data = [recorded({}, kind, 5, 0.3) for kind in ("multisine", "steps")]
     fitter = Fitter(Observer(knee_model(), INSTRUMENTS), data)
     free = parameters.ordinary(knee_model())[:2]
@@ -91,7 +91,7 @@ def test_a_residual_is_complete_or_beyond_the_limit() -> None:
 
 
 def test_a_fit_at_its_minimum_reports_convergence() -> None:
-    """Begun there with its own Jacobian, another fit stays to the last bit."""
+    """A fit from its own minimum and Jacobian does not change any bit."""
     fitter = Fitter(Observer(knee_model(), INSTRUMENTS), [recorded({}, "multisine", 5, 0.5)])
     free = parameters.ordinary(knee_model())[:2]
     fitter.freeze(free, np.zeros(2))
@@ -101,8 +101,8 @@ def test_a_fit_at_its_minimum_reports_convergence() -> None:
     assert again.chi2 == pytest.approx(fit.chi2, abs=LEAST_PREDICTED_DAMPED)
 
 
-def test_a_loss_is_huber_s_whatever_has_run_away() -> None:
-    """Half the square up to three, linear beyond, and bounded where nothing is a number."""
+def test_the_loss_is_hubers_also_for_diverged_predictions() -> None:
+    """Quadratic up to 3, linear beyond, and bounded for NaN."""
     plain = np.array([[0.5, -2.9], [4.0, -7.0], [np.nan, -np.inf]])
     sizes = np.array([0.5, 2.9, 4.0, 7.0, WORST, WORST])
     huber = np.where(sizes <= OUTLIER, sizes**2, 2.0 * OUTLIER * sizes - OUTLIER**2)

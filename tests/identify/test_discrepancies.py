@@ -1,4 +1,4 @@
-"""Evidence for nothing more, another law, or something unknown, given a model."""
+"""Evidence of additional free terms, in a linear model and in simulated machines."""
 
 from dataclasses import replace
 
@@ -36,7 +36,7 @@ def summed(columns: np.ndarray, jacobian: np.ndarray, residual: np.ndarray) -> S
 
 @pytest.mark.parametrize("inflation", [1.0, 3.0])
 def test_the_evidence_is_the_density_of_the_data(inflation: float) -> None:
-    """Of a linear model it is a normal density, in which scipy integrates out nothing by itself."""
+    """In a linear model the evidence is scipy's normal density."""
     random = np.random.default_rng(4)
     columns, jacobian = random.standard_normal((3, 40)), random.standard_normal((40, 2))
     residual, at = 2.0 * random.standard_normal(40), np.array([0.7, -1.2])
@@ -58,7 +58,7 @@ def test_the_evidence_is_the_density_of_the_data(inflation: float) -> None:
 
 
 def test_terms_and_coordinates_are_those_of_linear_regression() -> None:
-    """Means and covariances of the joint normal distribution, of all unknowns at once."""
+    """Posterior means and covariances are those of the joint normal distribution."""
     random = np.random.default_rng(6)
     columns, jacobian = random.standard_normal((3, 40)), random.standard_normal((40, 2))
     residual, at = 2.0 * random.standard_normal(40), np.array([0.7, -1.2])
@@ -77,8 +77,8 @@ def test_terms_and_coordinates_are_those_of_linear_regression() -> None:
     np.testing.assert_allclose(evidence.covariance(covariance), joint[:2, :2], rtol=1e-9)
 
 
-def test_of_held_out_data_the_prediction_counts() -> None:
-    """Their density at the most likely terms, with what the training data know of coordinates."""
+def test_held_out_data_count_by_their_prediction() -> None:
+    """Their density is that at the most likely terms, given the trained coordinates."""
     random = np.random.default_rng(5)
     parts = [(random.standard_normal((2, 30)), random.standard_normal((30, 1)),
               random.standard_normal(30)) for _ in range(2)]  # fmt: skip
@@ -109,10 +109,10 @@ def test_of_held_out_data_the_prediction_counts() -> None:
     assert held_out(0.6) - held_out(0.2) == pytest.approx(predicted(0.6) - predicted(0.2), rel=1e-9)
 
 
-def test_a_coordinate_that_only_held_out_data_show_is_no_merit_of_a_term() -> None:
-    """A term gains nothing by moving a coordinate that the training data hardly determine.
+def test_a_coordinate_that_only_held_out_data_determine_does_not_count() -> None:
+    """A term gains nothing by changing a coordinate that the training data hardly determine.
 
-    So a chamber that empties in one experiment determines the air in the oil, and no other does.
+    Example: the air in the oil, if a chamber empties in a held-out experiment only.
     """
     random = np.random.default_rng(8)
     jacobian, other = 0.01 * random.standard_normal((400, 1)), random.standard_normal((400, 1))
@@ -132,7 +132,7 @@ def test_a_coordinate_that_only_held_out_data_show_is_no_merit_of_a_term() -> No
 
 @pytest.fixture(scope="module")
 def returning() -> tuple[Fitter, Fitter]:
-    """Return a machine with a narrow return line: training and validation data."""
+    """Return training and validation data of a machine with a narrow return line."""
     changes = {"back_pressure_resistance": RESISTANCE}
     sides = [[recorded(changes, kind, seed + i) for i, kind in enumerate(("multisine", "steps"))]
              for seed in (3, 103)]  # fmt: skip
@@ -150,8 +150,10 @@ def discrepancies_of(sides: tuple[Fitter, Fitter], effects: list[Coordinate]) ->
     return Discrepancies(fitter, fit, effects, fitter.linearised(fit, held))
 
 
-def test_what_acts_in_a_balance_of_no_effect_is_unknown(returning: tuple[Fitter, Fitter]) -> None:
-    """A return line without a name is a pressure over the flow through it."""
+def test_a_term_in_a_balance_without_a_named_effect_is_unknown(
+    returning: tuple[Fitter, Fitter],
+) -> None:
+    """Without its effect, a return line is an unknown pressure over its flow."""
     discrepancies = discrepancies_of(returning, [])
     assert discrepancies.unknown()[0].title == "return pressure over return flow"
     assert discrepancies.other_laws() == {}
@@ -159,7 +161,7 @@ def test_what_acts_in_a_balance_of_no_effect_is_unknown(returning: tuple[Fitter,
 
 @pytest.mark.slow
 def test_nothing_is_left_with_the_true_law(returning: tuple[Fitter, Fitter]) -> None:
-    """The line's own law leaves nothing that is worth a word, and is not called another one."""
+    """With the true law no noticeable term remains, and no lack of fit."""
     discrepancies = discrepancies_of(returning, [COORDINATES["back_pressure"]])
     assert discrepancies.unknown() == []
     assert discrepancies.other_laws() == {}
@@ -171,10 +173,10 @@ def test_nothing_is_left_with_the_true_law(returning: tuple[Fitter, Fitter]) -> 
     [({"fixed_pump_flow": 3e-5}, "fixed_pump"),
      ({"back_pressure_resistance": RESISTANCE}, "back_pressure")],
 )  # fmt: skip
-def test_what_an_effect_makes_is_what_a_model_without_it_misses(
+def test_the_contribution_of_an_effect_is_that_of_a_model_without_it(
     changes: dict[str, float], name: str
 ) -> None:
-    """The same holds for a pump that saturates, whose tangent gives three quarters too much."""
+    """The contribution of a saturating pump, whose tangent gives 75 % too much, is exact, too."""
     sides = [[recorded(changes, kind, seed + i) for i, kind in enumerate(("multisine", "steps"))]
              for seed in (3, 103)]  # fmt: skip
     fitter, other = (Fitter(Observer(knee_model(), INSTRUMENTS), side) for side in sides)
@@ -189,8 +191,8 @@ def test_what_an_effect_makes_is_what_a_model_without_it_misses(
 
 
 @pytest.mark.slow
-def test_a_law_that_does_not_fit_is_another_one() -> None:
-    """Friction that grows towards the ends of the stroke, named as one that has a direction."""
+def test_a_law_that_does_not_fit_is_reported() -> None:
+    """Friction that grows towards the ends of the stroke, named as asymmetric friction."""
     changes = {"position_friction_rise": 1.0}
     sides = [[recorded(changes, kind, seed + i) for i, kind in enumerate(("multisine", "steps"))]
              for seed in (7, 107)]  # fmt: skip
@@ -203,7 +205,7 @@ def test_a_law_that_does_not_fit_is_another_one() -> None:
 
 
 def test_sums_are_those_of_whole_columns(returning: tuple[Fitter, Fitter]) -> None:
-    """Experiment by experiment, they are the products with the whole Jacobian and residual."""
+    """Sums by experiment equal the products with the whole Jacobian and residual."""
     fitter, _ = returning
     fit = converge(fitter, ORDINARY, np.zeros(len(ORDINARY)), passes=1)
     sums = ShapeSums(fitter, fit).training()
@@ -214,10 +216,10 @@ def test_sums_are_those_of_whole_columns(returning: tuple[Fitter, Fitter]) -> No
 
 
 @pytest.mark.slow
-def test_neither_threads_nor_pieces_change_what_free_shapes_are_worth(
+def test_threads_and_pieces_do_not_change_the_sums(
     returning: tuple[Fitter, Fitter], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Blocks of correlated residuals stay whole, wherever the rows of a recording are cut."""
+    """Blocks of correlated residuals stay whole at any division of the rows."""
     predictor, logs = returning[0].predictor, returning[0].experiments
     sums_by_case = []
     for jobs, at_once in ((1, 10**6), (3, 1500)):
@@ -238,10 +240,10 @@ def test_neither_threads_nor_pieces_change_what_free_shapes_are_worth(
     assert max(inflations[0]) > 1.5
 
 
-def test_the_derivative_elsewhere_is_that_of_the_training_data_there(
+def test_held_out_data_are_linearised_like_training_data(
     returning: tuple[Fitter, Fitter],
 ) -> None:
-    """On the data of the fit itself it is the Jacobian."""
+    """For the training data the result is the Jacobian of the fit."""
     fitter, _ = returning
     free, at = ORDINARY[:3], np.zeros(3)
     fitter.freeze(free, at)

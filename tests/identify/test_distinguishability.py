@@ -1,4 +1,4 @@
-"""Effects that data cannot separate, on problems whose answer is known by hand."""
+"""Indistinguishable effects, for problems with a known answer."""
 
 from dataclasses import replace
 
@@ -17,7 +17,7 @@ N = 4000
 
 
 def coordinate(name: str, scale: float = 1.0) -> Coordinate:
-    """Return an effect that only has a name and a typical size."""
+    """Return an effect with a name and a typical size only."""
     return Coordinate(name, name, "", "N", "N", scale, 0.0, "linear", -1e9, 1e9, np.inf, None)
 
 
@@ -69,7 +69,7 @@ def test_near_effects_are_a_group_and_far_ones_are_not() -> None:
 
 
 def test_a_refit_overrules_the_linear_forecast() -> None:
-    """A rival whose refit lost 100 is no rival; one that lost 1 is a rival, for any forecast."""
+    """The realised loss of a refit, 100 or 1, decides instead of the linear margin."""
     near, far = Problem(0.1, 400.0), Problem(0.5, 400.0)
     deltas = Evidence(near.trials[0].evidence.delta_chi2 - 100.0, 0.0, np.nan, 20.0)
     lost = Trial(near.scores[1], near.trials[1].fit, deltas, 1.0)
@@ -80,7 +80,7 @@ def test_a_refit_overrules_the_linear_forecast() -> None:
 
 
 def test_held_out_data_separate_too() -> None:
-    """A rival that ties in training and loses 50 on other data is no rival."""
+    """A rival with equal training gain that loses 50 on held-out data is not a rival."""
     p = Problem(0.05, 400.0)
 
     def with_held(trial: Trial, held: float) -> Trial:
@@ -91,10 +91,10 @@ def test_held_out_data_separate_too() -> None:
     assert rivals_of(best, p.scores, [best, rival])[0] == []
 
 
-def test_a_derivative_of_noise_makes_no_effects_alike() -> None:
-    """An effect that explains next to nothing is no rival for any uncertainty of the data.
+def test_an_effect_without_gain_is_not_a_rival() -> None:
+    """Effects with a negligible gain are distinguishable.
 
-    An effect that hits something has a derivative that is a spike, where residuals are large.
+    The derivative of an impact is a spike at large residuals.
     """
     p, spike = Problem(0.5, 400.0), np.eye(1, N)[0]
     named, other = p.trials[0], replace(p.scores[1], statistic=4.0)
@@ -108,7 +108,7 @@ def test_a_derivative_of_noise_makes_no_effects_alike() -> None:
 
 
 def test_correlated_noise_widens_a_group() -> None:
-    """Slow noise counts fewer independent residuals: what is apart in white noise is not in it."""
+    """Correlated noise has fewer independent residuals, so that more effects are rivals."""
     white, slow, hundred = [], [], Clusters(100, np.zeros(0, np.int64))
     for seed in range(30):
         for correlation, factors in ((0.0, white), (0.9, slow)):
@@ -120,14 +120,14 @@ def test_correlated_noise_widens_a_group() -> None:
 
 
 def test_the_separating_size_separates() -> None:
-    """At the size that is stated, D of the nearest rival is the limit."""
+    """At the stated size, D of the nearest rival equals the limit."""
     p = Problem(0.2, 200.0)
     _, size = rivals_of(p.trials[0], p.scores, p.trials)
     assert size is not None
     assert separability(*p.scores, size=size) == pytest.approx(DISTINGUISHABLE, rel=1e-3)
 
 
-def test_no_size_separates_what_an_inexact_law_leaves() -> None:
-    """However large an effect is, a hundredth of what it explains is no reason for its name."""
+def test_no_size_separates_within_the_tolerance_of_a_law() -> None:
+    """A margin below 1.5 % of the gain separates no effects of any size."""
     p = Problem(0.1, 40_000.0)
     assert rivals_of(p.trials[0], p.scores, p.trials) == (["b"], None)

@@ -1,4 +1,4 @@
-"""Long recordings: candidates are looked for in windows of them, which stand for the whole."""
+"""Excerpts of long recordings, on which candidates are screened."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ CANDIDATES = {c.name: c for c in parameters.candidates(knee_model(), INSTRUMENTS
 
 
 def leaking() -> tuple[Fitter, Excerpt]:
-    """Return a fit of six seconds of a machine that leaks inside, and an excerpt of them."""
+    """Return a fit of six seconds of a machine with a leak, and an excerpt."""
     data = [recorded(LEAK, kind, seed, 3.0) for seed, kind in enumerate(("multisine", "steps"))]
     fitter = Fitter(Observer(knee_model(), INSTRUMENTS), data)
     fitter.freeze(ORDINARY, np.zeros(3))
@@ -31,13 +31,13 @@ def leaking() -> tuple[Fitter, Excerpt]:
 
 @pytest.fixture
 def few(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let two thousand samples be enough."""
+    """Set the length of an excerpt to 2000 samples."""
     monkeypatch.setattr(excerpt, "ENOUGH", 2000)
 
 
 @given(st.integers(1, 10**6), st.integers(1, 1000), st.floats(1e-3, 1.0))
 def test_windows_are_apart_and_spread(samples: int, length: int, part: float) -> None:
-    """None overlaps another one or goes beyond the end, and each equal stretch has one."""
+    """Windows do not overlap or exceed the recording, and each equal stretch has one."""
     length = min(length, samples)
     begin = first_samples(samples, length, part)
     assert begin[0] >= 0
@@ -49,12 +49,12 @@ def test_windows_are_apart_and_spread(samples: int, length: int, part: float) ->
     assert abs(len(begin) * length - part * samples) <= length
 
 
-def test_a_window_shows_what_the_whole_shows_there(
+def test_a_window_has_the_innovations_of_the_whole(
     few: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Its innovations are those of the whole recording, once it has settled, and zero before.
+    """After settling, the innovations of a window are those of the whole recording.
 
-    Base laws have the model's form here: in a window they may differ otherwise than in the whole.
+    Base laws have the model's form here, since their differences are independent by window.
     """
     fitter, part = leaking()
     whole = fitter.residual(ORDINARY, part.fit.at)
@@ -67,7 +67,7 @@ def test_a_window_shows_what_the_whole_shows_there(
 
 
 def test_an_excerpt_stands_for_all_data(few: None) -> None:
-    """The leak's statistic and size come out as of all data, and so does the loss."""
+    """Statistic, estimate and loss are those of all data."""
     fitter, part = leaking()
     base = fitter.fit(ORDINARY, np.zeros(3), 2)
     leak = CANDIDATES["internal_leakage"]
@@ -81,8 +81,8 @@ def test_an_excerpt_stands_for_all_data(few: None) -> None:
 
 
 @pytest.mark.slow
-def test_a_sensor_is_seen_there_as_well(few: None) -> None:
-    """A sensor's effect on the residuals has the same weight as that of other effects."""
+def test_a_sensor_error_has_the_same_weight(few: None) -> None:
+    """Derivatives by sensor errors have the same weight as those by other effects."""
     fitter, part = leaking()
     base = fitter.fit(ORDINARY, np.zeros(3), 2)
     sensors = [c for c in CANDIDATES.values() if c.channel == "pressure_a" and not c.inverse]
@@ -94,8 +94,8 @@ def test_a_sensor_is_seen_there_as_well(few: None) -> None:
         assert there[name] == pytest.approx(whole[name], rel=0.5)
 
 
-def test_few_data_are_looked_at_as_a_whole() -> None:
-    """Then it is the fit itself that is seen, without a copy."""
+def test_few_data_are_not_divided() -> None:
+    """The excerpt of few data is the fit itself, without a copy."""
     fitter, part = leaking()
     assert part.fitter is fitter
     assert part.rows is None
@@ -115,7 +115,7 @@ def test_few_data_are_looked_at_as_a_whole() -> None:
 def test_an_excerpt_finds_the_name_and_all_data_its_value(
     few: None, changes: dict[str, float], name: str
 ) -> None:
-    """A quarter of the data is enough to find who is likely; the value is that of all of them."""
+    """A quarter of the data gives the candidates, all data the value."""
     train, other = campaign(changes)
     result = identify(knee(), train, other, cache=CACHE)
     assert [f.name for f in result.effects] == [name]

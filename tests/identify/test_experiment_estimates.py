@@ -1,4 +1,4 @@
-"""How far sizes of one effect are apart between experiments, beyond what each does not know."""
+"""Heterogeneity of the estimates of single experiments."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from hil_emulator.identify.estimation.experiment_estimates import (
 
 
 def of(values: list[float], variances: list[float]) -> EstimatesByExperiment:
-    """Return sizes with their variances."""
+    """Return estimates with their variances."""
     return EstimatesByExperiment(
         1.0, 1, [str(i) for i in range(len(values))], list(values), list(variances)
     )
@@ -25,8 +25,8 @@ def test_the_spread_is_that_of_a_published_analysis() -> None:
     assert of(values, variances).between_experiments ** 2 == pytest.approx(0.3088, abs=1e-3)
 
 
-def test_sizes_of_one_law_differ_by_chance_as_often_as_reported() -> None:
-    """Of machines with that law, one in twenty has sizes that one in twenty has."""
+def test_p_values_of_a_correct_law_are_uniform() -> None:
+    """With a correct law, p-values below 0.05 and 0.5 are as frequent as that."""
     random = np.random.default_rng(8)
     probabilities = [of((1.0 + random.standard_normal(6) * [0.1, 0.2, 0.1, 0.3, 0.1, 0.5]).tolist(),
                [0.01, 0.04, 0.01, 0.09, 0.01, 0.25]).p_value for _ in range(2000)]  # fmt: skip
@@ -38,20 +38,20 @@ def test_sizes_of_one_law_differ_by_chance_as_often_as_reported() -> None:
     assert of([0.5, 1.5], [1e-3] * 2).p_value == 1.0
 
 
-def test_sizes_that_are_known_exactly_are_as_far_apart_as_they_are() -> None:
-    """The spread is then the standard deviation of the sample."""
+def test_the_spread_of_exact_estimates_is_that_of_the_sample() -> None:
+    """Without uncertainty the spread is the standard deviation of the sample."""
     values = [0.8, 1.0, 1.3, 1.1]
     assert of(values, [1e-12] * 4).between_experiments == pytest.approx(np.std(values, ddof=1))
 
 
-def test_sizes_within_their_own_uncertainty_are_not_apart() -> None:
-    """Differences by chance are no spread, and of two sizes the odd one is unknown."""
+def test_estimates_within_their_uncertainty_have_no_spread() -> None:
+    """Differences by chance, or of two estimates, give no spread."""
     assert of([0.9, 1.0, 1.1], [0.04] * 3).between_experiments == 0.0
     assert of([0.0, 2.0], [1e-4] * 2).between_experiments == 0.0
 
 
 def test_one_more_experiment_lies_among_the_others() -> None:
-    """A size drawn like six others deviates from their mean by the reported deviation."""
+    """A further estimate deviates from the mean by the reported standard deviation."""
     random = np.random.default_rng(5)
     ratios = []
     for _ in range(2000):
@@ -63,8 +63,8 @@ def test_one_more_experiment_lies_among_the_others() -> None:
     assert np.mean(off**2) - 0.01 == pytest.approx(np.mean(reported**2), rel=0.1)
 
 
-def test_a_size_and_its_variance_are_those_of_a_straight_line() -> None:
-    """In white noise, those of least squares; in noise that lasts, as uncertain as it makes it."""
+def test_an_estimate_and_its_variance_are_those_of_regression() -> None:
+    """In white noise those of least squares, in correlated noise with the larger variance."""
     random = np.random.default_rng(2)
     white, lasting = [], []
     for _ in range(300):
@@ -85,7 +85,7 @@ def test_a_size_and_its_variance_are_those_of_a_straight_line() -> None:
 
 
 def test_of_few_experiments_each_is_divided() -> None:
-    """The quarters of a single log show whether an effect has one size in all of it."""
+    """A single log is divided into quarters, whose estimates are compared."""
     assert [parts_per_experiment(count) for count in (1, 2, 3, 7)] == [4, 2, 1, 1]
     random = np.random.default_rng(4)
     shown = random.standard_normal(4000)
@@ -101,15 +101,15 @@ def test_of_few_experiments_each_is_divided() -> None:
     assert short.names == ["a log, part 1 of 2", "a log, part 2 of 2"]
 
 
-def test_an_experiment_without_information_has_no_size() -> None:
+def test_an_experiment_without_information_has_no_estimate() -> None:
     """The experiment is left out."""
     estimates = EstimatesByExperiment(1.0, 10)
     estimates.add("", np.zeros(40), np.ones(40))
     assert estimates.values == []
 
 
-def test_sizes_that_hardly_any_experiment_knows_are_not_compared() -> None:
-    """Of what something else can do as well a remainder is left, whose sizes mean nothing."""
+def test_undetermined_estimates_are_not_compared() -> None:
+    """If too few experiments determine the effect, the p-value is 1 and the spread 0."""
     values, variances = [3.2, 40.0, -60.0, 25.0], [0.5, 4.0, 9.0, 4.0]
     assert of(values, variances).p_value == 1.0
     assert of(values, variances).between_experiments == 0.0

@@ -1,4 +1,4 @@
-"""Difference quotients of the residual."""
+"""Finite differences of the residual."""
 
 import numpy as np
 import pandas
@@ -29,11 +29,11 @@ def _healthy(duration: str) -> pandas.DataFrame:
     )
 
 
-def test_the_first_jacobian_holds_no_noise() -> None:
-    """A column is the central difference of the innovations, before the loss.
+def test_the_first_jacobian_is_not_biased_by_noise() -> None:
+    """A column is the central difference of the innovations without the robust loss.
 
-    At first the effect of a parameter's step on the residual is unknown. The data determine the
-    valve gain to 0.1 %, so its step takes the residual far beyond the quadratic part of the loss.
+    At first the sensitivity is unknown, and the step of the valve gain exceeds the quadratic range
+    of the loss.
     """
     model = knee_model()
     observer = Observer(model, (*INSTRUMENTS, "spool_position"))
@@ -51,10 +51,11 @@ def test_the_first_jacobian_holds_no_noise() -> None:
 
 
 @pytest.mark.parametrize(("at", "step"), [(-2.0, DIFFERENCE), (-1.0, 2e-6)])
-def test_a_step_from_an_end_of_the_range_stays(at: float, step: float) -> None:
-    """Without any air the pressure falls below vacuum, with a trace of it it does not.
+def test_a_step_from_a_bound_is_not_shortened(at: float, step: float) -> None:
+    """Without air the pressure falls below vacuum, with a trace of air it does not.
 
-    A quotient over that jump is the larger the shorter its step, and asks for a shorter one.
+    A difference quotient over this jump grows with a shorter step, which would be shortened without
+    end.
     """
     air = [c for c in parameters.ordinary(knee_model()) if c.name == "entrained_air"]
     assert air[0].bounds[0] == -2.0
@@ -63,7 +64,7 @@ def test_a_step_from_an_end_of_the_range_stays(at: float, step: float) -> None:
     assert steps.of(wanted) == pytest.approx(step)
 
 
-@pytest.mark.full(sibling="test_the_first_jacobian_holds_no_noise")
+@pytest.mark.full(sibling="test_the_first_jacobian_is_not_biased_by_noise")
 def test_a_healthy_machine_agrees_with_its_configuration() -> None:
     """Simulated with the configuration itself, a sweep of 1 to 3 Hz: nothing disagrees."""
     assert hil.gap(hil.load("hyq_knee"), _healthy("6 s")).verdict == "agrees"

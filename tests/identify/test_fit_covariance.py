@@ -18,10 +18,10 @@ def fit(jacobian: Array, prior: float = math.inf) -> Fit:
     return Fit(free[:count], np.zeros(count), np.zeros(len(jacobian)), jacobian, 0.0)
 
 
-def test_nearly_alike_columns_have_the_variance_of_what_parts_them() -> None:
-    """Columns e + d and e - d, orthogonal e and d: each has the variance (1/|e|² + 1/|d|²)/4.
+def test_nearly_collinear_columns_have_the_variance_of_their_difference() -> None:
+    """Columns e + d and e - d with orthogonal e and d have the variance (1/|e|² + 1/|d|²)/4.
 
-    So it is of a lean fit, whose single precision would lose |d|² in sums of |e|².
+    It is exact for a lean fit, too, although single precision would lose |d|² in sums of |e|².
     """
     random = np.random.default_rng(1)
     basis, _ = np.linalg.qr(random.standard_normal((20_000, 2)))
@@ -33,7 +33,7 @@ def test_nearly_alike_columns_have_the_variance_of_what_parts_them() -> None:
 
 
 def test_no_variance_is_negative() -> None:
-    """Equal columns, and one that shows nothing: what is not known takes no part."""
+    """Directions without information are left out, for equal columns and a zero column."""
     random = np.random.default_rng(2)
     column = random.standard_normal(5_000)
     for jacobian in (

@@ -34,7 +34,7 @@ GIVEN = Investigation([LOG], [], [], [DEAD_TIME])
 
 
 def lateness(late: float, effects: list[Coordinate]) -> Search:
-    """Return a search in which the current comes late [s], by 0.1 ms more or less."""
+    """Return a search with a delay of the current [s], known to 0.1 ms."""
     fit = Fit([DEAD_TIME], np.array([late / DEAD_TIME.scale]), np.zeros(0), np.zeros((0, 1)), 0.0)
     reported = ReportedModel(fit, {DEAD_TIME.name: 1e-4 / DEAD_TIME.scale}, {}, [])
     return Search([], effects=effects, final=fit, reported_model=reported)
@@ -103,7 +103,7 @@ def test_a_search_begins_anew_if_named_effects_give_another_course(
 def test_a_current_is_held_if_its_parameters_are_more_plausible(
     moving: float, holding: float, holds: bool
 ) -> None:
-    """The more plausible course is chosen if one of them needs implausible parameters."""
+    """The course with the smaller prior penalty is chosen if one has implausible parameters."""
     knob = replace(ordinary(knee_model())[0], prior=1.0)
 
     def result_of(asked: Investigation) -> Search:
@@ -117,7 +117,7 @@ def test_a_current_is_held_if_its_parameters_are_more_plausible(
 
 
 def test_the_prior_penalty_counts_in_prior_deviations() -> None:
-    """Three deviations give nine for any width; the size of an effect does not count."""
+    """Three prior standard deviations give 9 for any width; effects have no penalty."""
     ordinary_one = replace(ordinary(knee_model())[0], prior=0.5)
     effect = replace(DEAD_TIME, prior=np.inf)
     fit = Fit([ordinary_one, effect], np.array([1.5, 7.0]), np.zeros(0), np.zeros((0, 2)), 0.0)
@@ -128,10 +128,10 @@ def test_the_prior_penalty_counts_in_prior_deviations() -> None:
     ("beyond", "named", "again"),
     [(1.5e-4, True, False), (2.5e-4, False, True), (2.5e-4, True, True)],
 )
-def test_a_current_later_than_one_that_is_held_has_a_dead_time(
+def test_a_current_later_than_a_hold_has_a_dead_time(
     beyond: float, named: bool, again: bool
 ) -> None:
-    """The dead time is searched for; without a name the first result stays."""
+    """The dead time is searched for; if it is not named, the first result stays."""
     last = searched_again(beyond, beyond, named)
     assert bool(last.named) == (again and named)
 
@@ -151,10 +151,10 @@ def test_a_dead_time_that_is_no_longer_than_a_hold_has_no_name() -> None:
     ("late", "names", "holds"),
     [(3e-4, False, True), (3e-4, True, False), (1.5e-4, False, False)],
 )
-def test_a_current_that_may_be_held_is_where_nothing_else_is_missing(
+def test_a_held_current_is_assumed_if_nothing_else_is_missing(
     late: float, names: bool, holds: bool
 ) -> None:
-    """The current is late by a hold, and no dead time is needed; or it is not late."""
+    """The current is late by a hold and no dead time is needed, or it is not late."""
 
     def result_of(asked: Investigation) -> Search:
         return lateness(late, [DEAD_TIME] if names and asked.answer == "held" else [])
@@ -168,10 +168,8 @@ def test_a_current_that_may_be_held_is_where_nothing_else_is_missing(
 
 
 @pytest.mark.parametrize(("beyond", "has"), [(1.5e-4, False), (2.5e-4, True)])
-def test_a_dead_time_is_missing_where_a_held_current_has_one_as_well(
-    beyond: float, has: bool
-) -> None:
-    """A current that moves comes later than a hold, though a slow valve may bear it, too."""
+def test_a_dead_time_is_missing_if_a_held_current_has_one_too(beyond: float, has: bool) -> None:
+    """A moving current may be later than a hold, which a slow valve may partly explain."""
 
     def result_of(asked: Investigation) -> Search:
         return lateness(HOLD + beyond, [DEAD_TIME] if asked.answer == "held" else [])
@@ -186,10 +184,10 @@ def test_a_dead_time_is_missing_where_a_held_current_has_one_as_well(
 
 
 @pytest.mark.parametrize(("answer", "wider"), [("unknown", True), ("held", False)])
-def test_an_interval_holds_the_value_that_a_held_current_has(
+def test_an_interval_covers_the_value_for_a_held_current(
     monkeypatch: pytest.MonkeyPatch, answer: SetPoints, wider: bool
 ) -> None:
-    """If the course is unknown, the interval also holds the value that is four deviations away."""
+    """With an unknown course, the interval covers a value four standard deviations away."""
     valve = next(c for c in ordinary(knee_model()) if c.name == "valve_natural_frequency")
     fit = Fit([valve, DEAD_TIME], np.ones(2), np.zeros(0), np.zeros((0, 2)), 0.0)
     search = Search([valve], final=fit)

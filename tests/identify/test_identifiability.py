@@ -1,4 +1,4 @@
-"""Numbers that no file states are fitted where the data feel them, products as one."""
+"""Unstated parameters are fitted if the data determine them, products as one coordinate."""
 
 import pytest
 
@@ -18,20 +18,20 @@ EDGE = {
 
 @pytest.fixture(scope="module")
 def free() -> list[Coordinate]:
-    """Return what the reference machine's data feel."""
+    """Return the ordinary parameters that the reference machine's data determine."""
     logs = [recorded({}, kind, 1, 1.0) for kind in ("multisine", "steps")]
     return identifiable(Observer(knee_model(), INSTRUMENTS), logs, ordinary(knee_model()))
 
 
-def test_one_number_stands_for_a_product(free: list[Coordinate]) -> None:
-    """Four numbers enter the edges as one: it is less sure than any of them alone."""
+def test_one_coordinate_represents_a_product(free: list[Coordinate]) -> None:
+    """Four parameters enter the edge flow as a product; its prior is wider than each of theirs."""
     (edge,) = [c for c in free if c.field in EDGE]
     assert {edge.field, *edge.also} == EDGE
     assert edge.prior > 1.0
 
 
-def test_what_moves_nothing_is_not_fitted(free: list[Coordinate]) -> None:
-    """The knee has no pump, no holding valves and meets no stop."""
+def test_parameters_without_influence_are_not_fitted(free: list[Coordinate]) -> None:
+    """The knee has no pump and no holding valves, and does not reach a stop."""
     names = {c.name for c in free}
     assert names.isdisjoint({"supply_volume", "lines_block_volume", "end_stops"})
     assert {"valve_gain", "oil_bulk_modulus", "coulomb_friction"} <= names
@@ -50,7 +50,7 @@ def test_what_moves_nothing_is_not_fitted(free: list[Coordinate]) -> None:
     ids=lambda n: next(iter(n)),
 )
 def test_a_healthy_machine_with_another_default_is_healthy(number: dict[str, float]) -> None:
-    """No file states the number, so nothing is missing where it is another one."""
+    """A different value of an unstated parameter is not a missing effect."""
     learn = [recorded(number, kind, i) for i, kind in enumerate(("multisine", "steps"))]
     check = [recorded(number, "triangles", 9)]
     result = identify(knee(), learn, check, cache=CACHE)

@@ -1,4 +1,4 @@
-"""Whether what an effect does to the residuals hangs on the integration step of a prediction."""
+"""Influence of the integration step of a prediction on effects."""
 
 from dataclasses import replace
 from functools import cache
@@ -28,14 +28,14 @@ EFFECTS = [name for name, c in CANDIDATES.items() if not c.channel or c.effect i
 
 @cache
 def fitter(step: float) -> Fitter:
-    """Return a healthy machine, seen with a largest step [s]."""
+    """Return a healthy machine, predicted with a largest step [s]."""
     fitter = Fitter(Observer(knee_model(), INSTRUMENTS, step), [recorded({}, "multisine", 3, 0.5)])
     fitter.freeze(ORDINARY, np.zeros(len(ORDINARY)))
     return fitter
 
 
 def test_a_fast_machine_gets_careful_steps() -> None:
-    """A valve of twice the bandwidth is not followed as far, nor the flux of a torque motor."""
+    """A valve with twice the bandwidth, or the flux of a torque motor, needs smaller steps."""
     model = knee_model()
     usual = Observer(model, INSTRUMENTS)
     assert usual.steps.width(model.par) == LARGEST_STEP
@@ -47,7 +47,7 @@ def test_a_fast_machine_gets_careful_steps() -> None:
 
 
 def done(name: str, step: float) -> np.ndarray:
-    """Return what an effect of its typical size does to the residuals."""
+    """Return the change of the residuals by an effect at its typical size."""
     free, at = [*ORDINARY, CANDIDATES[name]], np.zeros(len(ORDINARY) + 1)
     healthy = fitter(step).residual(free, at)
     at[-1] = np.clip(1.0, *CANDIDATES[name].bounds)
@@ -55,8 +55,8 @@ def done(name: str, step: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize("name", EFFECTS)
-def test_an_effect_is_as_large_at_the_step_of_a_prediction(name: str) -> None:
-    """A value that is found belongs to the machine: with the emulator's step it does the same."""
+def test_an_effect_does_not_depend_on_the_step_of_a_prediction(name: str) -> None:
+    """The change of the residuals is that with the emulator's own step."""
     fine = done(name, FINE)
     if np.linalg.norm(fine) > SEEN:
         coarse = done(name, LARGEST_STEP)

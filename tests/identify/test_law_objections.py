@@ -1,4 +1,4 @@
-"""When the law of a named effect is another one than the catalogue's, and which it resembles."""
+"""Named laws and free terms against a candidate, and the nearest effect of a term."""
 
 import numpy as np
 import pytest
@@ -35,12 +35,12 @@ def effect(name: str) -> Coordinate:
 
 
 def sensitivity() -> np.ndarray:
-    """Return what a term does to the innovations."""
+    """Return the derivative of the innovations by a term."""
     return np.sin(np.linspace(0.0, 20.0, N))
 
 
 def term(balance: Balance, regressor: str, statistic: float) -> DiscrepancyTerm:
-    """Return a term that explains so much, with a limit of 50."""
+    """Return a term with such a gain and the critical value 50."""
     columns = np.column_stack([sensitivity(), np.cos(np.linspace(0.0, 20.0, N))])
     return DiscrepancyTerm(balance, regressor, statistic, 50.0, np.zeros(2), np.zeros(2), columns)
 
@@ -61,8 +61,8 @@ def named(name: str, delta_chi2: float, terms: list[DiscrepancyTerm]) -> tuple[T
 
 
 @pytest.mark.parametrize(("free", "accepted"), [(1100.0, True), (5000.0, False)])
-def test_an_effect_that_a_free_term_outshines_is_not_named(free: float, accepted: bool) -> None:
-    """Where an unknown term explains five times as much, the nearest name would be a wrong one."""
+def test_an_effect_far_weaker_than_a_free_term_is_not_named(free: float, accepted: bool) -> None:
+    """An unknown term with five times the gain prevents a name."""
     round_ = named("stribeck_friction", 1000.0, [term(LOAD, "velocity", free)])[1]
     round_.accepted = False
     judge(Search([]), round_)
@@ -76,16 +76,18 @@ def test_an_effect_that_a_free_term_outshines_is_not_named(free: float, accepted
      ("load_force.crosstalk", False), ("pressure_a.gain_error", False),
      ("stribeck_friction", False)],
 )  # fmt: skip
-def test_a_bent_calibration_speaks_for_its_own_sensor(name: str, accepted: bool) -> None:
-    """Where the curve of a load cell explains far more than its gain, the load cell is still it."""
+def test_a_curved_calibration_does_not_prevent_an_error_of_its_sensor(
+    name: str, accepted: bool
+) -> None:
+    """A calibration curve that explains far more than a gain error allows the gain error."""
     round_ = named(name, 1000.0, [term(CELL, "measured force", 5000.0)])[1]
     round_.accepted = False
     judge(Search([]), round_)
     assert round_.accepted is accepted
 
 
-def test_a_drifting_zero_is_no_shape_of_friction() -> None:
-    """Friction that was named does not keep the sensor's own offset from being named after it."""
+def test_a_drifting_zero_does_not_belong_to_friction() -> None:
+    """Named friction does not prevent a name for the sensor's offset."""
     friction, round_ = named("friction_asymmetry", 1000.0, [term(TAP_A, "time", 900.0)])
     search = Search([], effects=[friction.score.coordinate])
     round_.trials, round_.accepted = [named("pressure_a.offset", 850.0, [])[0]], False
@@ -94,10 +96,8 @@ def test_a_drifting_zero_is_no_shape_of_friction() -> None:
 
 
 @pytest.mark.parametrize(("home", "accepted"), [(500.0, True), (1200.0, False)])
-def test_what_mimics_a_law_elsewhere_explains_no_more_than_the_law(
-    home: float, accepted: bool
-) -> None:
-    """A term that gains more than any friction of the load does not object to a candidate."""
+def test_a_term_elsewhere_must_not_gain_more_than_the_law(home: float, accepted: bool) -> None:
+    """A term in another balance that gains more than any friction term is not friction."""
     terms = [term(PISTON, "velocity", home), term(LOAD, "velocity", 1150.0)]
     friction, round_ = named("friction_asymmetry", 1000.0, terms)
     search = Search([], effects=[friction.score.coordinate])
@@ -119,8 +119,10 @@ def test_another_error_of_a_sensor_must_gain_more_than_a_free_shape_of_the_first
 @pytest.mark.parametrize(
     ("earlier", "accepted"), [("load_force.offset", True), ("load_force.nonlinearity", False)]
 )
-def test_a_gain_error_completes_a_bent_curve_and_no_offset(earlier: str, accepted: bool) -> None:
-    """A calibration curve is no shape of a zero that is off, but one of any other slope."""
+def test_a_calibration_curve_contains_gain_errors_but_no_offset(
+    earlier: str, accepted: bool
+) -> None:
+    """A term over the reading is a shape of any error with a slope, not of an offset."""
     first, round_ = named(earlier, 1000.0, [term(CELL, "measured force", 900.0)])
     search = Search([], effects=[first.score.coordinate])
     other = named("load_force.gain_error", 850.0, [])[0]
@@ -130,8 +132,10 @@ def test_a_gain_error_completes_a_bent_curve_and_no_offset(earlier: str, accepte
 
 
 @pytest.mark.parametrize(("delta_chi2", "accepted"), [(140.0, False), (160.0, True)])
-def test_what_an_inexact_law_may_leave_gets_no_name(delta_chi2: float, accepted: bool) -> None:
-    """After an effect that gained 10 000, one that gains less than 1.5 % is its remains."""
+def test_a_gain_within_the_tolerance_of_a_law_gets_no_name(
+    delta_chi2: float, accepted: bool
+) -> None:
+    """After a gain of 10 000, a gain below 1.5 % of it is attributed to the named law."""
     first, before = named("internal_leakage", 10_000.0, [])
     before.accepted = True
     round_ = named("position_friction", delta_chi2, [])[1]
@@ -152,8 +156,8 @@ def test_an_implausible_parameter_is_reported_without_any_effect_too() -> None:
     assert implausible_parameters(near) == []
 
 
-def test_of_many_parameters_one_is_farther_off_by_chance() -> None:
-    """Three and a half deviations are not chance of a single one, but of one among a hundred."""
+def test_the_limit_of_plausibility_depends_on_the_number_of_parameters() -> None:
+    """Three and a half standard deviations are significant for one parameter, not among 100."""
     valve = next(c for c in ordinary(knee_model()) if c.name == "valve_natural_frequency")
     one = Fit([valve], np.array([-3.5 * valve.prior]), np.zeros(N), np.zeros((N, 1)), 0.0)
     assert highly_implausible_parameters(one)
@@ -162,8 +166,8 @@ def test_of_many_parameters_one_is_farther_off_by_chance() -> None:
     assert not highly_implausible_parameters(many)
 
 
-def test_the_nearest_effect_depends_on_what_the_term_depends_on() -> None:
-    """Friction over the pressures resembles pressure friction, though another effect gains more."""
+def test_the_nearest_effect_has_the_regressor_of_the_term() -> None:
+    """A term over the pressures is nearest to pressure friction, in spite of a larger gain."""
     scores = [score("load_force.offset", 900.0), score("friction_asymmetry", 800.0),
               score("pressure_friction", 500.0), score("load_spring", 50.0)]  # fmt: skip
     pressures = term(PISTON, "pressure sum with the sign of velocity", 3000.0)
@@ -178,10 +182,10 @@ def test_the_nearest_effect_depends_on_what_the_term_depends_on() -> None:
      ("stribeck_friction", 0.3, False),
      ("internal_leakage", 0.0, False)],
 )  # fmt: skip
-def test_friction_that_takes_the_place_of_dry_friction_is_of_another_form(
+def test_friction_that_replaces_dry_friction_has_another_law(
     name: str, left: float, displaced: bool
 ) -> None:
-    """Every machine has some of the dry friction that is configured; leaks have no part in it."""
+    """A fitted Coulomb friction of nearly zero shows a misfit of friction, not of leaks."""
     dry = next(c for c in ordinary(knee_model()) if c.name == "coulomb_friction")
     at = np.array([(left - 1.0) * dry.neutral / dry.scale, 1.0])
     fit = Fit([dry, effect(name)], at, np.zeros(N), np.zeros((N, 2)), 0.0)
@@ -194,13 +198,13 @@ def test_friction_that_takes_the_place_of_dry_friction_is_of_another_form(
      ("null_bias", 300.0, 10.0, False), ("null_bias", 6000.0, 5000.0, False),
      ("load_force.offset", 300.0, 250.0, False)],
 )  # fmt: skip
-def test_what_is_refused_where_an_effect_acts_belongs_to_its_law(
+def test_a_rejected_candidate_at_the_same_place_is_a_misfit(
     refused: str, delta_chi2: float, wald: float, left: bool
 ) -> None:
-    """A refused candidate at the same place that gains 3 % of the effect's gain shows another law.
+    """A rejected candidate at the same place that gains 3 % of the effect's gain shows another law.
 
-    Three cases do not: a gain of 1 %, which any law may leave; a candidate that gains most, which
-    is a further effect; and an error of the load cell, which is not an effect of a valve.
+    Exceptions are a gain of 1 %, within the tolerance; a gain of most of it, a further effect; and
+    an error of the load cell, at another place.
     """
     first, round_ = named("threshold", 10_000.0, [])
     other = Trial(

@@ -1,4 +1,4 @@
-"""The numbers by which a search decides: each right as it is, and wrong at a tenth or ten times."""
+"""Thresholds of a search: each claim holds with its value, and fails at a tenth or ten times."""
 
 from collections.abc import Callable
 
@@ -27,13 +27,13 @@ WHERE = {
 
 
 def false_alarms() -> bool:
-    """Of a thousand healthy machines, one has a candidate among a hundred that gains enough."""
+    """With 100 candidates, one healthy machine in 1000 has a significant one."""
     alone = chi2.cdf(levels.needed_delta_chi2(100), 1)
     return bool(abs(1.0 - alone**100 - 1e-3) < 1e-4)
 
 
 def far_more_is_unknown() -> bool:
-    """Let an effect keep its name if a free term gains a tenth more, not if five times as much."""
+    """Return whether a free term prevents a name with five times the gain, not with 1.1 times."""
     accepted = []
     for gain in (1100.0, 5000.0):
         round_ = named("stribeck_friction", 1000.0, [term(PISTON, "velocity", gain)])[1]
@@ -49,15 +49,15 @@ def _trial(name: str, gain: float, held: float) -> Trial:
 
 
 def rivals_are_judged_by_held_out_data() -> bool:
-    """Let held-out data choose a rival with four fifths of the best gain, not with a fifth."""
+    """Held-out data may choose a candidate with 80 % of the best gain, not with 20 %."""
     first = [ranked([_trial("internal_leakage", 1000.0, 500.0),
                      _trial("position_friction", gain, 900.0)])[0].score.coordinate.name
              for gain in (800.0, 200.0)]  # fmt: skip
     return first == ["position_friction", "internal_leakage"]
 
 
-def equals_are_told_by_their_shapes() -> bool:
-    """Of two as good within a twentieth, the one without assumed shapes comes first."""
+def equals_are_ordered_by_their_shapes() -> bool:
+    """Of two candidates within 5 %, the one without assumed shapes comes first."""
     names = ("stribeck_friction", "friction_asymmetry")
     assert len(effect(names[0]).effect.shape) > len(effect(names[1]).effect.shape)  # type: ignore[union-attr]
     first = [ranked([_trial(names[0], 1000.0, 1000.0), _trial(names[1], gain, gain)])[0]
@@ -65,8 +65,8 @@ def equals_are_told_by_their_shapes() -> bool:
     return [t.score.coordinate.name for t in first] == [names[1], names[0]]
 
 
-def an_inexact_law_leaves_something() -> bool:
-    """Beside an effect that gained 10 000, half a percent is what its law leaves, ten are not."""
+def a_law_has_a_tolerance() -> bool:
+    """After a gain of 10 000, a gain of 0.5 % is within the tolerance, 10 % is not."""
     accepted = []
     for gain in (50.0, 1000.0):
         first, before = named("internal_leakage", 10_000.0, [])
@@ -77,34 +77,34 @@ def an_inexact_law_leaves_something() -> bool:
     return accepted == [False, True]
 
 
-def ripple_is_not_worth_a_word() -> bool:
-    """Of the variance, a three-hundredth is what every machine has, a thirtieth is not."""
+def ripple_is_not_noticeable() -> bool:
+    """Return whether 1/30 of the variance is noticeable, and 1/300 is not."""
     fit = Fit([], np.zeros(0), np.ones(40_000), np.zeros((40_000, 0)), 4e4)
     terms = [term(PISTON, "position", gain) for gain in (133.0, 1333.0)]
     whole = [Round(fit, [], [], [t]).noticeable for t in terms]
     return [bool(w) for w in whole] == [False, True]
 
 
-def laws_lack_what_is_believed() -> bool:
-    """Sizes hold what a straight law misses of a power law, over its root mean square.
+def prior_errors_of_laws_are_realistic() -> bool:
+    """Return whether the prior covers the errors of a linear law for power laws.
 
-    Of x^n between 0 and 1, a x misses least for a = 3 / (n + 2). Orifices have n = 1/2, turbulent
-    gaps 4/7, drag 2, a sensor's odd curve 3.
+    For x^n between 0 and 1, the best a x has a = 3 / (n + 2). Orifices have n = 1/2, turbulent gaps
+    4/7, drag 2, an odd sensor curve 3.
     """
     missed = [np.sqrt(1.0 - 3.0 * (2.0 * n + 1.0) / (n + 2.0) ** 2) for n in (0.5, 4 / 7, 2.0, 3.0)]
     sizes = discrepancies.LAW_ERROR_SIZES
     return all(min(sizes) < m < 1.01 * max(sizes) for m in missed)
 
 
-def shares_hold_all_that_is_told() -> bool:
-    """From what chance gives a term of 40 000 residuals, to all of their variance."""
+def prior_shares_cover_all_terms() -> bool:
+    """Return whether the prior covers chance for 40 000 residuals up to all of their variance."""
     by_chance = HATS / 40_000
     shares = discrepancies.VARIANCE_SHARES
     return min(shares) < by_chance < 1e-3 < 1.0 < max(shares) < 10.0
 
 
-def laws_are_smooth_and_no_straight_lines() -> bool:
-    """Neighbouring hats are alike, and those at the ends of the range are not."""
+def terms_are_smooth_but_not_straight() -> bool:
+    """Neighbouring hats are correlated, those at the ends of the range are not."""
     root = discrepancies._smooth(HATS)
     kernel = root @ root.T
     return bool(0.5 < kernel[0, 1] < 0.95 and abs(kernel[0, -1]) < 0.05)
@@ -113,16 +113,16 @@ def laws_are_smooth_and_no_straight_lines() -> bool:
 CLAIMS: dict[str, Callable[[], bool]] = {
     "FALSE_ALARM": false_alarms, "GREATER_PART": far_more_is_unknown,
     "NEARLY_ALL": rivals_are_judged_by_held_out_data,
-    "SMALL_PART": equals_are_told_by_their_shapes, "LAW_TOLERANCE": an_inexact_law_leaves_something,
-    "NOTICEABLE": ripple_is_not_worth_a_word, "LAW_ERROR_SIZES": laws_lack_what_is_believed,
-    "VARIANCE_SHARES": shares_hold_all_that_is_told,
-    "SMOOTH": laws_are_smooth_and_no_straight_lines,
+    "SMALL_PART": equals_are_ordered_by_their_shapes, "LAW_TOLERANCE": a_law_has_a_tolerance,
+    "NOTICEABLE": ripple_is_not_noticeable, "LAW_ERROR_SIZES": prior_errors_of_laws_are_realistic,
+    "VARIANCE_SHARES": prior_shares_cover_all_terms,
+    "SMOOTH": terms_are_smooth_but_not_straight,
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("name", CLAIMS)
 def test_a_number_is_right_within_a_factor_of_ten(name: str) -> None:
-    """The claim holds with the number, and with neither a tenth nor ten times of it."""
+    """The claim holds with the number, and neither with a tenth nor with ten times of it."""
     claim, value = CLAIMS[name], getattr(discrepancies if name in BELIEFS else levels, name)
     assert claim(), claim.__doc__
     for factor in (0.1, 10.0):
@@ -132,7 +132,7 @@ def test_a_number_is_right_within_a_factor_of_ten(name: str) -> None:
 
 
 def _holds(claim: Callable[[], bool]) -> bool:
-    """Tell whether a claim holds; what is more than the whole leaves no candidate to compare."""
+    """Return whether a claim holds; False if no candidate is left to compare."""
     try:
         return claim()
     except IndexError:
@@ -140,6 +140,6 @@ def _holds(claim: Callable[[], bool]) -> bool:
 
 
 def test_there_is_no_other_number() -> None:
-    """Every number of the module is one of these, or follows from a known distribution."""
+    """Every number of the module is listed, or a quantile of a known distribution."""
     derived = {"SIGNIFICANCE", "NORMAL_95", "DISTINGUISHABLE"}
     assert {n for n in vars(levels) if n.isupper()} == {*CLAIMS, *derived} - {*BELIEFS}

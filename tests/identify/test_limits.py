@@ -1,4 +1,4 @@
-"""Limits without a configured value: off is infinity, where they do nothing."""
+"""Limits without a configured value: off is infinity, where the sensitivity is zero."""
 
 from pathlib import Path
 
@@ -26,7 +26,7 @@ RATE = 1.5
 
 @pytest.fixture(scope="module")
 def unlimited(tmp_path_factory: pytest.TempPathFactory) -> Configuration:
-    """Return the reference machine, whose data sheet knows no limit of the spool's rate."""
+    """Return the reference machine, whose data sheet states no rate limit of the spool."""
     lines = KNEE.read_text().replace("../eds", str(KNEE.parents[1] / "eds")).splitlines()
     kept = [line for line in lines if not line.startswith("spool_rate_limit")]
     file: Path = tmp_path_factory.mktemp("unlimited") / "knee.toml"
@@ -35,14 +35,14 @@ def unlimited(tmp_path_factory: pytest.TempPathFactory) -> Configuration:
 
 
 def recorded(kind: str, rate: float = RATE, duration: float = 1.0) -> Experiment:
-    """Return a log of the blind plant, healthy but for its spool."""
+    """Return a log of the independent plant, healthy except for its spool."""
     healthy = machine(case("none", 4))._replace(spool_rate=rate)
     return record(healthy, {}, kind, (7, kind == "steps"), duration, False)
 
 
 @pytest.mark.slow
-def test_a_limit_is_tried_nearer_than_infinity(unlimited: Configuration) -> None:
-    """Its derivative is nothing, and it is the likeliest of all candidates all the same."""
+def test_an_inactive_limit_is_tried_at_finite_values(unlimited: Configuration) -> None:
+    """Its sensitivity is zero, but it is the best candidate."""
     model = PlantModel(unlimited, CACHE)
     fitter = Fitter(Observer(model, CHANNELS), [recorded("steps")])
     free = parameters.ordinary(model)
@@ -56,10 +56,10 @@ def test_a_limit_is_tried_nearer_than_infinity(unlimited: Configuration) -> None
     assert likeliest.statistic > 100.0
 
 
-@pytest.mark.full(sibling="test_a_limit_is_tried_nearer_than_infinity")
+@pytest.mark.full(sibling="test_an_inactive_limit_is_tried_at_finite_values")
 @pytest.mark.parametrize("rate", [0.8, 2.0])
 def test_a_slow_spool_is_named(unlimited: Configuration, rate: float) -> None:
-    """A rate limit that no data sheet has is found, with its value in its interval."""
+    """A missing rate limit is named, and its interval covers the true value."""
     logs = [recorded(kind, rate, 2.0) for kind in (*TRAINING, *VALIDATION)]
     result = identify(unlimited, logs[: len(TRAINING)], logs[len(TRAINING) :], cache=CACHE)
     (effect,) = result.effects

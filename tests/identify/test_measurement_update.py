@@ -30,8 +30,8 @@ def test_a_measurement_adds_its_information(missing: int) -> None:
     np.testing.assert_allclose(np.linalg.inv(after), np.linalg.inv(prior) + information, rtol=1e-9)
 
 
-def test_what_is_held_is_uncertain_and_stays() -> None:
-    """The error that is left by such a gain has the covariance that any gain leaves (Joseph)."""
+def test_a_consider_state_is_uncertain_and_not_corrected() -> None:
+    """The covariance of the error is that of any gain (Joseph form)."""
     prior, slope, noise, after, gain = measured(2, -1)
     assert not gain[2].any()
     assert np.all(gain[np.arange(STATES) != 2].any(axis=1))
@@ -42,7 +42,7 @@ def test_what_is_held_is_uncertain_and_stays() -> None:
 
 
 def test_readings_that_are_nearly_exact_leave_no_negative_variance() -> None:
-    """A variance that one sensor lessens by twelve orders of magnitude, of units far apart."""
+    """A sensor reduces a variance by twelve orders of magnitude, with units far apart."""
     units = np.array([1e7, 1e-3, 1e-2])
     estimate = estimate_of(np.diag(units**2), 3)
     noise = (1e-6 * units) ** 2

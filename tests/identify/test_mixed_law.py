@@ -1,4 +1,4 @@
-"""Laws between two of the catalogue: a valve with dry friction and a magnetic loop at once."""
+"""Laws between two of the catalogue: a valve with dry friction and magnetic hysteresis."""
 
 from dataclasses import replace
 
@@ -24,12 +24,12 @@ ONE = {"threshold_current": 4e-5}
 
 
 def measured(changes: dict[str, float]) -> list[Experiment]:
-    """Return what a machine with such a valve does."""
+    """Return data of a machine with such a valve."""
     return [recorded(changes, kind, 5 + i) for i, kind in enumerate(("multisine", "triangles"))]
 
 
 def fitted(fitter: Fitter, effects: list[Coordinate], sizes: list[float]) -> Fit:
-    """Return the model with these effects, its gains frozen there."""
+    """Return a fit of the model with these effects, frozen there."""
     free = [c for c in parameters.ordinary(knee_model())
             if c.name in ("valve_gain", "oil_bulk_modulus", "coulomb_friction")]  # fmt: skip
     whole, at = [*free, *effects], np.append(np.zeros(len(free)), sizes)
@@ -41,7 +41,7 @@ def fitted(fitter: Fitter, effects: list[Coordinate], sizes: list[float]) -> Fit
 
 
 def trial(knob: Coordinate, delta_chi2: float, size: float) -> Trial:
-    """Return a candidate that ended at a size, and gained so much."""
+    """Return a candidate with a final size and a gain."""
     empty = np.zeros(0)
     fit = Fit([knob], np.array([size]), empty, np.zeros((0, 1)), 0.0)
     score = Score(knob, delta_chi2, size, delta_chi2, empty, empty, empty)
@@ -55,13 +55,13 @@ def named(*trials: Trial) -> Round:
 
 @pytest.fixture(scope="module")
 def twofold() -> Fitter:
-    """Return what fits a machine that has both."""
+    """Return the fit of a machine with both."""
     return Fitter(Observer(knee_model(), INSTRUMENTS), measured(BOTH))
 
 
 @pytest.fixture(scope="module")
 def single() -> Fitter:
-    """Return what fits a machine whose spool only sticks."""
+    """Return the fit of a machine whose spool only sticks."""
     return Fitter(Observer(knee_model(), INSTRUMENTS), measured(ONE))
 
 
@@ -78,8 +78,8 @@ WON = trial(THRESHOLD, 40000.0, 1.6), trial(HYSTERESIS, 32000.0, 0.5)
 """Of the round in which the threshold was named."""
 
 
-def test_a_rival_that_shares_the_work_completes_the_law(twofold: Fitter) -> None:
-    """A refit that begins between both shows the loop next to the fitted threshold."""
+def test_a_rival_that_shares_the_action_completes_the_law(twofold: Fitter) -> None:
+    """A refit that starts between both shows the loop in addition to the fitted threshold."""
     base = fitted(twofold, [THRESHOLD], [1.6])
     completions = mixed_laws(twofold, searched(base, named(*WON)), lambda: None)
     assert list(completions) == ["threshold"]
@@ -87,8 +87,8 @@ def test_a_rival_that_shares_the_work_completes_the_law(twofold: Fitter) -> None
     assert 0.0 < completions["threshold"].part < 0.1
 
 
-def test_where_the_law_fits_nothing_completes_it(single: Fitter) -> None:
-    """A rival that explained much in its place, and adds nothing, is only a rival."""
+def test_a_correct_law_is_not_completed(single: Fitter) -> None:
+    """A rival that explained much in its place, but adds nothing, remains a rival."""
     base = fitted(single, [THRESHOLD], [1.6])
     assert mixed_laws(single, searched(base, named(*WON)), lambda: None) == {}
 
@@ -96,7 +96,7 @@ def test_where_the_law_fits_nothing_completes_it(single: Fitter) -> None:
 def test_a_rival_that_fails_on_held_out_data_completes_nothing(
     twofold: Fitter, single: Fitter
 ) -> None:
-    """The loop that the training data show is not in the valve of the others."""
+    """The loop of the training data is not in the valve of the held-out ones."""
     base = fitted(twofold, [THRESHOLD], [1.6])
     held = twofold.frozen_at(single.experiments, base.coordinates, base.at)
     assert mixed_laws(twofold, searched(base, named(*WON)), lambda: held) == {}

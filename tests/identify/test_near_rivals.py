@@ -1,4 +1,4 @@
-"""Rivals that explain much of the same where the law of a named effect does not fit."""
+"""Near rivals of an effect whose law does not fit."""
 
 from dataclasses import replace
 
@@ -21,15 +21,15 @@ FLOW = 20e-3 / 60.0
 """Of the machine's pump, whose stroke is controlled [m^3/s]."""
 
 
-def test_what_everyone_knows_of_a_machine_is_no_candidate() -> None:
-    """Nobody overlooks a valve between valve and cylinder; a pump's limit is another matter."""
+def test_parts_that_a_user_knows_are_not_candidates() -> None:
+    """A holding valve between valve and cylinder is known; the limit of a pump may not be."""
     assert not {effect.name for effect in lines.EFFECTS} & set(COORDINATES)
     assert "fixed_pump" in COORDINATES
 
 
 @pytest.fixture(scope="module")
 def pumped() -> tuple[Fitter, Search, Round]:
-    """Return a search that named a pump with a relief valve where one with a compensator is."""
+    """Return a search that named a pump with a relief valve instead of a compensator."""
     changes = {"variable_pump_flow": FLOW}
     data = [recorded(changes, kind, 5 + i) for i, kind in enumerate(("multisine", "steps"))]
     model = knee_model()
@@ -51,7 +51,7 @@ def pumped() -> tuple[Fitter, Search, Round]:
 
 
 def scored(name: str, statistic: float, estimate: float = 0.0) -> Score:
-    """Return the score of a candidate; by itself its linearisation leads nowhere."""
+    """Return the score of a candidate whose linearisation fails."""
     empty = np.zeros(0)
     return Score(COORDINATES[name], statistic, estimate, statistic, empty, empty, empty)
 
@@ -63,10 +63,10 @@ def trial(name: str, delta_chi2: float, fit: Fit) -> Trial:
 
 
 @pytest.mark.slow
-def test_a_pump_that_brings_a_state_is_found_in_the_place_of_one_without(
+def test_a_pump_with_a_state_is_found_in_place_of_one_without(
     pumped: tuple[Fitter, Search, Round],
 ) -> None:
-    """Only with gains that correct its stroke it ends near the pump that the machine has."""
+    """With filter gains that correct its stroke, the rival converges to the true pump."""
     fitter, search, round_ = pumped
     near = near_rivals(fitter, search, round_)
     assert list(near) == ["variable_pump"]
@@ -79,10 +79,10 @@ def test_a_pump_that_brings_a_state_is_found_in_the_place_of_one_without(
 
 
 @pytest.mark.slow
-def test_a_rival_that_was_not_refitted_is_tried_where_its_slope_leads(
+def test_a_rival_without_a_refit_starts_at_its_linear_estimate(
     pumped: tuple[Fitter, Search, Round],
 ) -> None:
-    """In its round others were likelier; at the place of the named effect it is likely enough."""
+    """A candidate of the same place that was not refitted in its round is tried."""
     fitter, search, round_ = pumped
     sloped = replace(round_, scores=[scored("variable_pump", 600.0, 1.0)])
     assert list(near_rivals(fitter, search, sloped)) == ["variable_pump"]
@@ -91,7 +91,7 @@ def test_a_rival_that_was_not_refitted_is_tried_where_its_slope_leads(
 def test_the_gains_are_those_of_the_finished_model_again(
     pumped: tuple[Fitter, Search, Round],
 ) -> None:
-    """All later gains are computed with the finished model."""
+    """Afterwards the fitter has the filter gains of the final model."""
     fitter, search, round_ = pumped
     assert search.final is not None
     fitter.freeze(search.final.coordinates, search.final.at)
@@ -107,7 +107,7 @@ def test_the_gains_are_those_of_the_finished_model_again(
 def test_other_rivals_are_not_tried(
     pumped: tuple[Fitter, Search, Round], rival: str, delta_chi2: float
 ) -> None:
-    """One that explained clearly less when the effect was named, or acts at another part."""
+    """Candidates with clearly smaller gains, or at another place, are not refitted."""
     fitter, search, round_ = pumped
     one = replace(round_, scores=[], trials=[*round_.trials, trial(rival, delta_chi2, round_.base)])
     assert near_rivals(fitter, search, one) == {}

@@ -1,4 +1,4 @@
-"""Columns without what ordinary parameters could explain, against least squares."""
+"""Projection of columns, compared with least squares."""
 
 from dataclasses import replace
 
@@ -24,8 +24,8 @@ def fit() -> Fit:
     return Fit(list(FREE), random.normal(size=3), random.normal(size=ROWS), jacobian, 0.0)
 
 
-def test_columns_side_by_side_are_those_of_least_squares(fit: Fit) -> None:
-    """The rest of each column is the residual of a fit of all parameters with their priors."""
+def test_projected_columns_are_residuals_of_least_squares(fit: Fit) -> None:
+    """Each projected column is the residual of a fit of all parameters with their priors."""
     columns = np.random.default_rng(3).normal(size=(ROWS, 4))
     projected, responses = Projection(fit).together(columns)
     stacked = np.vstack([fit.jacobian, np.diag([1.0 / c.prior for c in FREE])])
@@ -37,7 +37,7 @@ def test_columns_side_by_side_are_those_of_least_squares(fit: Fit) -> None:
 
 
 def test_a_pair_gains_what_least_squares_gain_with_both(fit: Fit) -> None:
-    """Two effects that hide each other, and one that explains more than either alone."""
+    """For two effects that cancel each other, and one that explains more than either alone."""
     random = np.random.default_rng(4)
     one, third = random.normal(size=(2, ROWS))
     other = -0.9 * one + 0.3 * random.normal(size=ROWS)

@@ -12,8 +12,8 @@ from hil_emulator.identify.selection.search import Searcher
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 
-def test_what_does_nothing_where_it_was_fitted_has_gained_nothing() -> None:
-    """A cushion far from the rod's way: something else made the fit a better one."""
+def test_a_candidate_without_influence_has_no_gain() -> None:
+    """For a cushion that the rod does not reach, the gain of the refit is not its gain."""
     model = knee_model()
     free = [c for c in parameters.ordinary(model) if c.name == "valve_gain"]
     searcher = Searcher(Observer(model, INSTRUMENTS), [recorded({}, "multisine", 7)], [], [], free)

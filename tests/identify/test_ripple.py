@@ -1,4 +1,4 @@
-"""Friction that ripples along the stroke, which another program simulates, taken out of a fit."""
+"""Friction ripple along the stroke, simulated by another program and integrated out of a fit."""
 
 from dataclasses import replace
 
@@ -30,7 +30,7 @@ TRUE = np.array([HIDDEN[c.name] / c.scale for c in KNOBS])
 
 
 def fitted(share: float) -> tuple[Fitter, Fit]:
-    """Fit a machine whose friction ripples by a share of itself, one way in 3.7 mm."""
+    """Fit a machine with friction ripple of a relative size and a period of 3.7 mm."""
     sizes = {name.removesuffix("_friction"): size for name, size in HIDDEN.items()}
     sizes["position_friction"] = sizes.pop("position")
     real = Machine(**FIRST.sheet, ripple=share, foreign=False, **sizes)
@@ -52,13 +52,13 @@ def rippling() -> tuple[Fitter, Fit]:
 
 
 @pytest.mark.slow
-def test_the_ripple_is_as_large_as_it_is(rippling: tuple[Fitter, Fit]) -> None:
-    """The standard deviation of a sine wave is its amplitude over the root of two."""
+def test_the_estimated_ripple_has_its_true_size(rippling: tuple[Fitter, Fit]) -> None:
+    """The standard deviation of a sine wave is its amplitude over the root of 2."""
     assert Ripple(*rippling).ratio == pytest.approx(0.09 / np.sqrt(2.0), rel=0.3)
 
 
 def test_a_law_of_friction_does_not_absorb_ripple(rippling: tuple[Fitter, Fit]) -> None:
-    """Its error exceeds the noise if ripple is ignored, and does not if ripple is fitted."""
+    """The error of the friction is within its uncertainty only if ripple is integrated out."""
     fitter, fit = rippling
     white = np.sqrt(np.diag(fit.covariance())[-len(KNOBS) :])
     final = report_model(fitter, fit, KNOBS, None, [])
@@ -70,8 +70,8 @@ def test_a_law_of_friction_does_not_absorb_ripple(rippling: tuple[Fitter, Fit]) 
     assert np.linalg.norm(after / reported) < 3.0
 
 
-def test_sizes_of_a_law_that_fits_are_alike(rippling: tuple[Fitter, Fit]) -> None:
-    """Effects that do not depend on the position have one size in all experiments."""
+def test_estimates_of_a_correct_law_agree(rippling: tuple[Fitter, Fit]) -> None:
+    """Effects independent of the position have equal estimates in all experiments."""
     final = report_model(*rippling, KNOBS, None, [])
     assert final is not None
     for name in ("stribeck_friction", "friction_asymmetry"):
@@ -80,8 +80,8 @@ def test_sizes_of_a_law_that_fits_are_alike(rippling: tuple[Fitter, Fit]) -> Non
         assert sizes.between_experiments < 0.05 * abs(sizes.reported)
 
 
-def test_what_lasts_widens_no_belief(rippling: tuple[Fitter, Fit]) -> None:
-    """Stops that the rod never meets are as uncertain as a data sheet leaves them, and no more."""
+def test_correlation_does_not_increase_the_prior_variance(rippling: tuple[Fitter, Fit]) -> None:
+    """Stops that the rod never reaches keep the uncertainty of their data sheet."""
     final = report_model(*rippling, KNOBS, None, [])
     assert final is not None
     assert final.deviations["end_stops"] == pytest.approx(1.0, abs=1e-3)
@@ -92,7 +92,7 @@ def test_what_lasts_widens_no_belief(rippling: tuple[Fitter, Fit]) -> None:
 
 @pytest.mark.slow
 def test_without_ripple_nothing_changes() -> None:
-    """None is found, or so little that the estimate stays within a fraction of its deviation."""
+    """The estimated ripple is zero, or so small that estimates hardly change."""
     fitter, fit = fitted(0.0)
     ripple = Ripple(fitter, fit)
     assert ripple.ratio < 0.01
@@ -103,7 +103,7 @@ def test_without_ripple_nothing_changes() -> None:
 def test_pieces_give_the_same_as_the_whole(
     rippling: tuple[Fitter, Fit], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of a long recording some rows are carried through the filter at a time."""
+    """A long recording is processed in pieces."""
     fitter, fit = rippling
     whole = Ripple(fitter, fit)
     monkeypatch.setattr(windows, "LONGEST", 700)
@@ -116,7 +116,7 @@ def test_pieces_give_the_same_as_the_whole(
 
 
 @pytest.mark.slow
-def test_a_step_that_is_taken_in_part_leaves_the_rest_to_the_experiments(
+def test_a_shortened_step_does_not_change_the_experiments_estimates(
     rippling: tuple[Fitter, Fit], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The mean of the experiments' estimates does not depend on the step of the value."""
@@ -134,7 +134,7 @@ def test_a_step_that_is_taken_in_part_leaves_the_rest_to_the_experiments(
 
 
 def test_without_a_known_position_there_is_no_ripple(rippling: tuple[Fitter, Fit]) -> None:
-    """The same holds if estimated noise contains it, and without any valid sample."""
+    """Nor with estimated noise, which includes ripple, or without a valid sample."""
     fitter, fit = rippling
     assert ripple_applies(fitter, fit)
     assert not ripple_applies(fitter, replace(fit, effective=100.0))

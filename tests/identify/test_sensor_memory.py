@@ -1,4 +1,4 @@
-"""A correction of the position moves what late sensors remember of it."""
+"""Corrections of the state shift the memory of delayed sensors."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from hil_emulator.identify.prediction.observer.observer import Observer
 
 
 def innovations(field: str, value: float) -> Array:
-    """Return the innovations of the position, whose sensor is as the model knows it."""
+    """Return the innovations of the position, with a correct model of its sensor."""
     model = knee_model()
     data = recorded({}, "multisine", 3, sensors={"position": {field: value}})
     par, chan = model.par.copy(), model.chan.copy()
@@ -29,10 +29,10 @@ def from_row_to_row(values: Array) -> float:
 
 
 @pytest.mark.parametrize("field", ["delay_time", "lag_time_constant"])
-def test_a_late_reading_shows_an_error_once(field: str) -> None:
-    """4 ms late, innovations are hardly more alike from row to row than those of no late sensor.
+def test_a_delayed_reading_repeats_no_correction(field: str) -> None:
+    """With a delay of 4 ms, the innovations are hardly correlated.
 
-    What the sensor remembers would otherwise repeat an error that is corrected: 0.2 more.
+    Without the shift of the memory, the correlation would be larger by 0.2.
     """
     late, prompt = (from_row_to_row(innovations(field, value)) for value in (4e-3, 0.0))
     print(f"{prompt:.3f}, late {late:.3f}")

@@ -1,4 +1,4 @@
-"""The first hundredths of a second of a recording, which depend on an unknown past."""
+"""First hundredths of a second of a recording, which depend on an unknown past."""
 
 import numpy as np
 import pytest
@@ -12,8 +12,8 @@ from tests.studies.generator.cases import case, machine
 
 @pytest.mark.parametrize("kind", ["chirp", "multisine", "steps"])
 @pytest.mark.parametrize("off", [-1.0, 1.0])
-def test_the_filter_settles_whatever_the_machine_is(kind: str, off: float) -> None:
-    """Valve and oil may be off by a deviation: the first predictions are as good as later ones."""
+def test_the_filter_settles_for_any_plausible_machine(kind: str, off: float) -> None:
+    """With valve and oil off by one deviation, the first predictions are as good as later ones."""
     model = knee_model()
     observer = Observer(model, INSTRUMENTS)
     real = case("pairs", 2, 0.5)
@@ -26,8 +26,8 @@ def test_the_filter_settles_whatever_the_machine_is(kind: str, off: float) -> No
     assert first < 2.0 * np.sqrt(np.mean(innovations[begin:] ** 2)) + 1.0
 
 
-def test_friction_that_falls_with_speed_does_not_upset_the_filter() -> None:
-    """With breakaway friction in the model, whose slope is negative, predictions stay bounded."""
+def test_friction_with_negative_slope_keeps_the_filter_stable() -> None:
+    """With breakaway friction in the model, predictions stay bounded."""
     model = knee_model()
     observer = Observer(model, INSTRUMENTS)
     real = case("foreign", 10, 0.5)
@@ -38,8 +38,8 @@ def test_friction_that_falls_with_speed_does_not_upset_the_filter() -> None:
     assert np.max(np.abs(innovations)) < 20.0
 
 
-def test_the_null_learns_from_what_counts() -> None:
-    """The first samples do not count; the null is corrected by later ones."""
+def test_the_null_is_corrected_by_counted_samples_only() -> None:
+    """Excluded samples do not correct the null drift; later ones do."""
     model = knee_model()
     observer = Observer(model, INSTRUMENTS)
     data = record(machine(case("none", 0, 0.3)), {}, "multisine", (1, 1), 0.3, False)

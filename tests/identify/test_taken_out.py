@@ -1,4 +1,4 @@
-"""Effects that leave the model again, and the places at which effects stand for each other."""
+"""Effects that are removed from the model, and places at which effects are rivals."""
 
 import numpy as np
 
@@ -23,8 +23,8 @@ def test_effects_of_one_stage_and_errors_of_one_sensor_act_at_one_place() -> Non
     assert not same("load_spring", "backlash")
 
 
-def test_what_is_taken_out_is_remembered_with_the_reason() -> None:
-    """The report states what became of every name, and the model is without it."""
+def test_a_removed_effect_is_reported_with_the_reason() -> None:
+    """The report states every removed name, and the model is without it."""
     effect = COORDINATES["supply_pressure.gain_error"]
     fit = Fit([effect], np.ones(1), np.zeros(10), np.ones((10, 1)), 0.0)
     search = Search([], effects=[effect], at=fit.at, final=fit)

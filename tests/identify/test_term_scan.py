@@ -1,4 +1,4 @@
-"""Free terms: what a law of any form would explain, in the balance where it acts."""
+"""Free terms: scores of laws of any form, by balance."""
 
 import numpy as np
 import pytest
@@ -50,8 +50,8 @@ def test_a_narrow_return_line_is_a_pressure_over_the_flow_through_it(returning: 
 
 
 @pytest.mark.slow
-def test_the_return_line_is_what_the_term_comes_nearest_to(returning: Seen) -> None:
-    """Though sensors that are off explain something of it too."""
+def test_the_return_line_is_nearest_to_the_term(returning: Seen) -> None:
+    """Sensor errors explain a part of it, too."""
     fitter, terms, _ = returning
     term = next(t for t in terms if t.balance is RETURN)
     free = [c for c in parameters.ordinary(knee_model()) if c.name == "valve_gain"]
@@ -61,7 +61,7 @@ def test_the_return_line_is_what_the_term_comes_nearest_to(returning: Seen) -> N
 
 
 def test_a_term_of_each_balance_is_scored(returning: Seen) -> None:
-    """Chance explains less on average than it does at most, and what is there more than both."""
+    """The mean by chance is below the critical value, and the true term exceeds both."""
     terms = returning[1]
     assert {t.title for t in terms} == {
         f"{balance.name} over {regressor}"
@@ -73,8 +73,8 @@ def test_a_term_of_each_balance_is_scored(returning: Seen) -> None:
     assert 0.0 < best.excess < best.surplus < best.statistic
 
 
-def test_of_each_balance_few_terms_keep_what_is_large(returning: Seen) -> None:
-    """The strongest term keeps its columns; the numbers of the others do not change."""
+def test_few_terms_of_each_balance_keep_their_columns(returning: Seen) -> None:
+    """The strongest term keeps its columns; all numbers stay the same."""
     fitter, terms, fit = returning
     few = score_terms(fitter, fit.coordinates, fit.at, Projection(fit), kept=1)
     assert [t.statistic for t in few] == [t.statistic for t in terms]
@@ -84,16 +84,16 @@ def test_of_each_balance_few_terms_keep_what_is_large(returning: Seen) -> None:
     assert len(kept) < sum(t.columns.size > 0 for t in terms)
 
 
-def test_a_term_that_moves_nothing_explains_nothing() -> None:
-    """Where no direction is left for a term, chance explains as much as it: nothing."""
+def test_a_term_without_influence_explains_nothing() -> None:
+    """Without columns the statistic is zero, as by chance."""
     residual = np.random.default_rng(1).standard_normal(100)
     assert null_distribution(np.zeros((100, 0)), residual, 0, 10) == (0.0, 10.0)
 
 
-def test_what_a_term_does_fades_to_nothing(returning: Seen) -> None:
-    """Long after a term has ended nothing is left, not numbers that lose their digits.
+def test_the_influence_of_a_term_decays_to_zero(returning: Seen) -> None:
+    """Long after a term, its influence is exactly zero, not a subnormal number.
 
-    A processor takes ten times as long for them, and products of two must not be such either.
+    Subnormal numbers, and products that become subnormal, take ten times as long.
     """
     fitter, _, _ = returning
     frozen = fitter.batch.frozen[0]

@@ -1,4 +1,4 @@
-"""Integrations that know only the effects which act."""
+"""Integrations that are compiled for the acting effects only."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -58,10 +58,10 @@ def course(model: PlantModel, tick: Tick) -> Array:
     return np.array(rows)
 
 
-def test_code_for_what_acts_computes_the_same(
+def test_reduced_code_computes_the_same(
     model: PlantModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Code that knows no other effect computes the same to the last bit, and is found again."""
+    """Code for the acting effects gives the same bits, and is found again in the cache."""
     kept = Ticks(model.kernel, tmp_path)
     with monkeypatch.context() as patched:
         at_once(patched)
@@ -72,12 +72,12 @@ def test_code_for_what_acts_computes_the_same(
     assert again.at(model.par, ticks.WORTH_LOADING) is not again.whole
 
 
-def test_probes_act_where_code_knows_only_what_acts(
+def test_probes_act_with_reduced_code(
     model: PlantModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A term adds the same with any code that was compiled before, also if steps jump.
+    """A term has the same influence with any compiled code, also if steps jump.
 
-    Runs with a probe and the configured effects only show it.
+    Runs with a probe use the whole code.
     """
     experiment, added = recorded({}, "steps", 3), []
     for worth in (ticks.WORTH_COMPILING, 1):
@@ -94,8 +94,8 @@ def test_probes_act_where_code_knows_only_what_acts(
 
 
 @pytest.mark.slow
-def test_loops_serve_every_model(model: PlantModel) -> None:
-    """A model with other effects, such as one's own, compiles its functions, but no loop again."""
+def test_loops_are_compiled_once_for_all_models(model: PlantModel) -> None:
+    """A model with further effects compiles its own functions, but no loop again."""
     sensors = tuple(effect for effect in CATALOGUE if effect.stage in SAMPLED)
     other, loops_before = bind(probed(sensors, CACHE), CACHE), model.loops
     assert other.rate is not loops_before.rate
@@ -108,7 +108,7 @@ def test_loops_serve_every_model(model: PlantModel) -> None:
 def test_code_is_loaded_only_for_many_steps(
     model: PlantModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Cached code is not loaded for few steps, which other code can do."""
+    """Cached code is not loaded for few steps that other code can take."""
     kept = Ticks(model.kernel, tmp_path)
     leaking = with_leakage(model)
     with monkeypatch.context() as patched:
@@ -123,8 +123,8 @@ def test_code_is_loaded_only_for_many_steps(
     assert again.at(model.par, ticks.WORTH_LOADING) not in (again.whole, leaks)
 
 
-def test_a_damaged_list_of_effects_is_passed_over(model: PlantModel, tmp_path: Path) -> None:
-    """Code is looked for only where the names of its effects are as they were written."""
+def test_a_damaged_list_of_effects_is_ignored(model: PlantModel, tmp_path: Path) -> None:
+    """Cached code is used only if the list of its effects is intact."""
     folder = Ticks(model.kernel, tmp_path)._folder()
     assert folder
     for k, content in enumerate((b"", b"viscous_fric", b"\xff\x00")):
@@ -134,10 +134,10 @@ def test_a_damaged_list_of_effects_is_passed_over(model: PlantModel, tmp_path: P
     assert kept.at(model.par, ticks.WORTH_LOADING) is kept.whole
 
 
-def test_an_effect_that_acts_is_known(
+def test_an_acting_effect_is_in_the_code(
     model: PlantModel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Code without an effect never takes a step in which the effect is on."""
+    """A step with an effect on is never taken by code without the effect."""
     kept = Ticks(model.kernel, tmp_path)
     leaking = with_leakage(model)
     with monkeypatch.context() as patched:

@@ -1,4 +1,4 @@
-"""How a small change of state or parameter grows until the next sample."""
+"""Transition matrix from one sample to the next."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -31,8 +31,8 @@ def even(a: Array, b: Array) -> Slopes:
     return slopes
 
 
-def test_a_step_maps_as_the_exponential_does() -> None:
-    """Of states and parameters, at modes that a step can follow; so far that of third order can."""
+def test_a_step_maps_like_the_exponential() -> None:
+    """For states and parameters, with the accuracy of a third-order method."""
     random = np.random.default_rng(3)
     turn = random.normal(size=(3, 3))
     modes = np.array([[-60.0, 200.0, 0.0], [-200.0, -60.0, 0.0], [0.0, 0.0, -300.0]])
@@ -44,8 +44,8 @@ def test_a_step_maps_as_the_exponential_does() -> None:
 
 
 @pytest.mark.parametrize("rate", [1e4, 1e6, 1e9])
-def test_what_is_too_fast_for_a_step_is_forgotten_in_it(rate: float) -> None:
-    """And where a parameter holds it, it is there at once: -A⁻¹ B."""
+def test_modes_too_fast_for_a_step_decay_in_it(rate: float) -> None:
+    """With a parameter as input, the equilibrium -A⁻¹ B is reached at once."""
     slopes = even(np.array([[-rate, 0.0], [0.0, -1.0]]), np.array([[2.0 * rate], [1.0]]))
     map_part(slopes, WIDTH, STEPS)
     assert abs(slopes.step[0, 0]) < 0.1
@@ -87,10 +87,10 @@ class Moved:
 
 
 @pytest.mark.parametrize(("every", "median", "most"), [(1, 1e-3, 5e-3), (5, 0.015, 0.2)])
-def test_a_filter_knows_how_its_machine_moves_on(every: int, median: float, most: float) -> None:
-    """A change of pressure, velocity or position, or a flow that leaks, does what Radau finds.
+def test_a_jacobian_agrees_with_radau(every: int, median: float, most: float) -> None:
+    """Changes of pressure, velocity, position or leakage propagate as computed by Radau.
 
-    At 1000 rows a second and at 200, where a period has as many parts.
+    At 1000 rows a second and at 200, with a period in several parts.
     """
     fast = recorded({}, "multisine", 3)
     readings = {name: values[::every] for name, values in fast.readings.items()}
@@ -123,10 +123,10 @@ def test_a_filter_knows_how_its_machine_moves_on(every: int, median: float, most
     assert np.quantile(off, 0.9) < most
 
 
-def test_while_a_rod_creeps_friction_counts_by_its_secant() -> None:
-    """A velocity that is known to a millimetre per second decays as one that is that much faster.
+def test_friction_at_creep_counts_by_its_secant() -> None:
+    """A velocity uncertain by 1 mm/s decays like one that is faster by 1 mm/s.
 
-    It does not as one that is faster by next to nothing: friction bends within that.
+    The tangent of friction would give a far faster decay.
     """
     e = recorded({}, "multisine", 3)
     observer = Observer(knee_model(), INSTRUMENTS)
@@ -148,10 +148,10 @@ def test_while_a_rod_creeps_friction_counts_by_its_secant() -> None:
 
 
 @pytest.mark.slow
-def test_where_a_chamber_empties_each_change_is_tried() -> None:
-    """A heavy load that is stopped empties chambers: pressures there go on as Radau finds.
+def test_an_emptying_chamber_has_finite_differences() -> None:
+    """A stopped heavy load empties chambers, whose pressures propagate as computed by Radau.
 
-    With hardly any air a chamber's state moves by a hundred bar below a pressure of nothing.
+    With hardly any air, the state of a chamber changes by 100 bar below zero pressure.
     """
     changes = {"load_mass": 300.0, "entrained_air_fraction": 2e-7}
     e = recorded(changes, "steps", 3)

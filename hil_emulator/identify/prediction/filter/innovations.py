@@ -2,7 +2,7 @@
 
 A predictor with process noise corrects slow drift, whose effect in a simulation grows to many times
 the sensor noise. The gains are computed once per fit and then frozen, so that the innovations are a
-smooth function of the parameters.
+function of the parameters only.
 """
 
 from hil_emulator.identify.measured.experiment import Array, Index

@@ -1,4 +1,4 @@
-"""Candidates that hide each other, on problems whose answer is known by hand."""
+"""Pairs of candidates that cancel each other, for problems with a known answer."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
@@ -16,7 +16,7 @@ N = 3000
 
 
 def coordinate(name: str, most: float = 1e9) -> Coordinate:
-    """Return an effect that only has a name, a typical size and a range."""
+    """Return an effect with a name, a typical size and a range only."""
     return Coordinate(name, name, "", "N", "N", 1.0, 0.0, "linear", -most, most, np.inf, None)
 
 
@@ -37,7 +37,7 @@ def orthogonal(count: int) -> list[np.ndarray]:
 
 
 def test_two_that_nearly_cancel_are_found_and_a_third_is_not() -> None:
-    """Both have size one, opposite senses, nine tenths in common; a third fits what is left."""
+    """Both have size 1 and opposite signs, 90 % in common; a third fits the difference."""
     common, difference, other, noise = orthogonal(4)
     a, b = 0.95 * common + 0.31 * difference, 0.95 * common - 0.31 * difference
     residual = -(a - b)
@@ -52,14 +52,14 @@ def test_two_that_nearly_cancel_are_found_and_a_third_is_not() -> None:
     assert pairs[0].delta_chi2 == pytest.approx(float(residual @ residual), rel=1e-3)
 
 
-def test_effects_of_their_own_need_no_pair() -> None:
-    """Two orthogonal effects are found one after the other."""
+def test_orthogonal_effects_need_no_pair() -> None:
+    """Two orthogonal effects are selected one after the other."""
     a, b, c = orthogonal(3)
     assert pairs_of(*scanned(-(a + 0.9 * b), {"a": a, "b": b, "c": c})) == []
 
 
 def test_a_pair_beyond_its_range_is_not_proposed() -> None:
-    """Two that cancel explain anything if they may be as large as they like."""
+    """Two nearly collinear effects explain anything at unrealistic sizes."""
     common, difference, other = orthogonal(3)
     a, b = 0.97 * common + 0.24 * difference, 0.97 * common - 0.24 * difference
     sensitivities = {"a": a, "b": b, "third": 0.7 * difference + 0.7 * other}
@@ -89,10 +89,8 @@ class Bent:
 
 
 @pytest.mark.parametrize(("bend", "parts"), [(0.0, [1.0]), (0.9, [1.0, 0.5])])
-def test_a_pair_is_followed_half_way_where_the_whole_is_too_long(
-    bend: float, parts: list[float]
-) -> None:
-    """A model that is straight is asked once; one that does nearly twice as much there, again."""
+def test_half_of_a_step_is_tried_if_the_whole_is_too_long(bend: float, parts: list[float]) -> None:
+    """A linear model needs one trial, a strongly nonlinear one a second with half the step."""
     a, b = orthogonal(2)
     sensitivities = {"a": a, "b": b}
     scores, fit = scanned(-(a + b), sensitivities)

@@ -1,4 +1,4 @@
-"""Where a refit of a candidate begins, when its linearisation leads nowhere."""
+"""Starting points of refits for candidates whose linearisation fails."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ DELAY = 7e-4
 
 @pytest.fixture(scope="module")
 def slow() -> tuple[Fitter, Fit]:
-    """Return a fit in which a slow valve stands in the delay's place."""
+    """Return a fit in which a slow valve masks the delay."""
     kinds = ("multisine", "steps")
     data = [recorded({"transport_delay_time": DELAY}, kind, 7 + i) for i, kind in enumerate(kinds)]
     model = knee_model()
@@ -35,10 +35,10 @@ def effect(name: str) -> Coordinate:
     return next(c for c in parameters.candidates(knee_model(), INSTRUMENTS) if c.name == name)
 
 
-def test_a_delay_is_found_behind_the_slow_valve_that_was_fitted_in_its_place(
+def test_a_delay_is_found_behind_a_valve_that_was_fitted_slow(
     slow: tuple[Fitter, Fit],
 ) -> None:
-    """The search tries the delay where the valve is as fast as in its data sheet."""
+    """The delay is tried with the valve's bandwidth reset to its data sheet."""
     fitter, fit = slow
     valve = [c.name for c in fit.coordinates].index("valve_natural_frequency")
     assert fit.at[valve] < -TOLERATED
@@ -49,12 +49,12 @@ def test_a_delay_is_found_behind_the_slow_valve_that_was_fitted_in_its_place(
     assert abs(best.start[valve]) < 1.0
 
 
-def test_what_a_parameter_stands_in_for_is_looked_for_where_it_is_as_configured(
+def test_an_effect_masked_by_a_parameter_is_proposed(
     slow: tuple[Fitter, Fit],
 ) -> None:
-    """A delay hidden by the slow valve is tried, a bias that never explains anything is not.
+    """A delay masked by the slow valve is proposed, a bias without any gain is not.
 
-    Candidates that are likely without that stay, and come first.
+    The other likely candidates stay and come first.
     """
     fitter, fit = slow
     delay, bias, other = effect("transport_delay"), effect("null_bias"), effect("overlap")
