@@ -16,13 +16,13 @@ from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.selection.discrepancies import Discrepancies
 from hil_emulator.identify.selection.refits import CandidateRefits
 from hil_emulator.identify.selection.scan import scan
-from hil_emulator.identify.selection.starts import Confirmation
+from hil_emulator.identify.selection.starts import NonlinearCheck
 from hil_emulator.identify.session import identify
 
 PHASES: dict[str, Callable[..., Any]] = {
     "ordinary parameters": converge,
     "screening": scan,
-    "sizes to begin with": Confirmation.best,
+    "starting points": NonlinearCheck.best,
     "refits": CandidateRefits.refit,
     "free terms": score_terms,
     "discrepancies": Discrepancies.__init__,
