@@ -125,11 +125,13 @@ class Identification:
         write_texts(files, overwrite=overwrite)
 
     def __repr__(self) -> str:
-        lines = [self.verdict, *headline(self.result)]
+        with self._axis:
+            lines = [self.verdict, *headline(self.result)]
         return "\n".join([*lines, *(f"missing {finding}" for finding in self.result.effects)])
 
     def _repr_html_(self) -> str:
-        sentences = "".join(f"<p>{escape(sentence)}</p>" for sentence in headline(self.result))
+        with self._axis:
+            sentences = "".join(f"<p>{escape(line)}</p>" for line in headline(self.result))
         items = "".join(f"<li>{escape(str(finding))}</li>" for finding in self.result.effects)
         return f"<h4>{escape(self.verdict.replace('_', ' '))}</h4>{sentences}<ul>{items}</ul>"
 

@@ -8,6 +8,7 @@ import pytest
 import hil_emulator as hil
 from hil_emulator.api.reading import as_experiments
 from hil_emulator.identify.data_checks.consistency import without_contradictions
+from hil_emulator.identify.data_checks.magnitudes import impossible
 from hil_emulator.identify.data_checks.plausible import contradictions
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.session import identify
@@ -45,6 +46,16 @@ def test_data_that_cannot_be_examined_get_the_reason(experiment: Experiment, wor
     assert result.verdict == "cannot_examine"
     assert words in result.reason
     assert not result.effects
+
+
+@pytest.mark.parametrize(
+    ("lap", "words"), [(0.0, "times as fast as it moves"), (2e-3, "leaves the dead band of ±2 mA")]
+)
+def test_a_current_within_the_dead_band_is_no_wrong_unit(lap: float, words: str) -> None:
+    """A rod that creeps at 2.02 mA: the unit is doubted, unless the valve opens at 2 mA only."""
+    creeping = replace(log(position=0.04 + 1e-4 * WAVE), current=2.02e-3 * WAVE)
+    (reason,) = impossible([creeping], knee().plant | {"overlap_lap": lap})
+    assert words in reason
 
 
 def test_a_dither_is_averaged_with_a_note() -> None:

@@ -23,13 +23,13 @@ def rounded(value: float, unit: str, shown: str) -> str:
     return f"{digits}{blank}{written}"
 
 
-_BESIDE_THE_AXIS = ("supply", "tank", "valve", "driver", "lines")
+_OFF_THE_AXIS = ("supply", "tank", "valve", "driver", "lines")
 """Tables whose lengths and speeds are not those of the moved axis."""
 
 
 def shown_unit(c: Coordinate) -> str:
     """Return the unit in which people read a parameter: that of a turned axis in rad, N m."""
-    return c.shown if c.place in _BESIDE_THE_AXIS else read_as(c.unit, c.shown or c.unit)
+    return c.shown if c.place in _OFF_THE_AXIS else read_as(c.unit, c.shown or c.unit)
 
 
 TOLERANCE = 0.1

@@ -173,7 +173,7 @@ def _speed(e: Experiment, plant: Mapping[str, float]) -> str:
     p = plant
     top = float(np.quantile(np.abs(e.current), 0.99))
     limit = p.get("current_saturation_limit", np.inf)
-    edge = 0.5 * p["supply_pressure"]
+    edge = min(0.5 * p["supply_pressure"], p.get("pressure_compensator_setting", np.inf))
     able = p["valve_gain"] * np.sqrt(edge) / p["cylinder_piston_area"]
     velocity = motion(e, 1)
     speed, swing = float(np.nanquantile(np.abs(velocity), 0.99)), float(np.nanstd(velocity))
@@ -189,9 +189,19 @@ def _speed(e: Experiment, plant: Mapping[str, float]) -> str:
             f"valve_current reaches {show(top, 'A', 'mA')}, and the valve takes "
             f"{show(limit, 'A', 'mA')}; is its unit right?"
         )
-    if speed * SLOWEST_RATIO < able * min(top, limit):
+    return _slow(speed, able, min(top, limit), top, p.get("overlap_lap", 0.0))
+
+
+def _slow(speed: float, able: float, opening: float, top: float, lap: float) -> str:
+    """Compare the speed [m/s] with the one per current [m/(s A)] beyond the dead band [A]."""
+    if speed * SLOWEST_RATIO >= able * opening:
+        return ""
+    if speed * SLOWEST_RATIO >= able * (opening - lap):
         return (
-            f"{show(top, 'A', 'mA')} could drive the rod {able * top / speed:.0f} times as fast as "
-            "it moves; is the unit of valve_current or position right?"
+            f"{show(top, 'A', 'mA')} hardly leaves the dead band of ±{show(lap, 'A', 'mA')}, where "
+            "leakage alone moves the rod; record larger currents"
         )
-    return ""
+    return (
+        f"{show(top, 'A', 'mA')} could drive the rod {able * top / speed:.0f} times as fast as "
+        "it moves; is the unit of valve_current or position right?"
+    )

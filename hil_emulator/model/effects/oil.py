@@ -176,8 +176,8 @@ def line_compliance(bulk_modulus: float, volume: float, compliance: float) -> fl
     knob=Param("pressure_floor", "Pa", "pressure below which the oil releases air",
                0.6e5, 0.0, 1e5, shown="bar", source="S2: 0.6 bar"),
     shape=(
-        Param("vapour_pressure", "Pa", "pressure at which the oil boils; from pressure_floor on it "
-              "is that, and no air is released", 1e5, 0.0, 1e5, shown="bar", default=1e5,
+        Param("vapour_pressure", "Pa", "pressure at which the oil boils; without it both happen at "
+              "pressure_floor", 1e5, 0.0, 1e5, shown="bar", default=1e5,
               source="S2 has one pressure for both; mineral oil at 40 °C: below 1 mbar",
               spread=SETTING),
         Param("dissolved_air", "1", "volume of the air that the oil holds at pressure_floor, over "
