@@ -27,6 +27,7 @@ from hil_emulator.identify.measured.between_rows import SetPoints
 from hil_emulator.identify.measured.experiment import Experiment
 from hil_emulator.identify.prediction.benches.boundary import as_stated, bounded, with_gain
 from hil_emulator.identify.prediction.instrumentation import examinable, predicting, tolerances
+from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.observer.predictor import Predictor
 from hil_emulator.identify.prediction.parallel.cluster_pool import ClusterPool
 from hil_emulator.identify.prediction.parallel.pool import Pool, Threads
@@ -131,7 +132,9 @@ def _identified(
         return Result("cannot_examine", why, notes=notes)
     model = predictor.model
     candidates = _chosen(examinable(model, predictor), question)
-    ordinary = parameters.ordinary(model, tolerances(predictor)) + parameters.usual(model)
+    ordinary = parameters.ordinary(model, tolerances(predictor))
+    if isinstance(predictor, Observer):
+        ordinary += parameters.usual(model)
     nuisances = identifiable(predictor, learn, ordinary, jobs)
     nuisances += [c for c in ordinary if c.field in predictor.later and c not in nuisances]
     given = ordered(predictor, Investigation(learn, check, nuisances, candidates), report, jobs)

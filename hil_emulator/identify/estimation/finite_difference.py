@@ -60,8 +60,10 @@ class Steps:
         """Return the step of a derivative; 0 if the bounds of the coordinate coincide."""
         coordinate, at = wanted.coordinate, float(wanted.at[wanted.by])
         low, high = coordinate.bounds
-        is_off = coordinate.is_knob and at <= low
-        size = DIFFERENCE if np.isfinite(coordinate.prior) and not is_off else FINITE
+        size = DIFFERENCE if np.isfinite(coordinate.prior) else FINITE
+        least = coordinate.least / coordinate.scale
+        if at < least:
+            size = max(size, 1.5 * least)
         if coordinate.inverse:
             size = 1.0
         elif not np.isfinite(coordinate.prior) and at != 0.0:
