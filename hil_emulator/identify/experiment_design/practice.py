@@ -183,10 +183,11 @@ def surprise(model: PlantModel, size: str, seed: int) -> Hidden:
     """
     healthy = ground(model, (), seed)
     fitter = Fitter(Observer(model, INSTRUMENTS), campaign(healthy, TRAINING))
-    nuisances = parameters.ordinary(model)
+    nuisances = parameters.ordinary(model) + parameters.usual(model)
     fitter.freeze(nuisances, np.zeros(len(nuisances)))
     base = fitter.fit(nuisances, np.zeros(len(nuisances)), 2)
-    scores = scan(fitter, base, list(hideable(model).values()))
+    fitted = {c.name for c in nuisances}
+    scores = scan(fitter, base, [c for n, c in hideable(model).items() if n not in fitted])
     factor = SIZES.get(size, 1.0)
     fair = sorted(s.coordinate.name for s in scores if s.information * factor**2 > FAIR_DELTA_CHI2)
     return hide(model, str(np.random.default_rng(seed + 1).choice(fair)), size)

@@ -170,8 +170,9 @@ class Searcher:
         self._search = Search(self.nuisances)
         self._search.at = np.zeros(len(self.nuisances))
         start = coarse_start(self.fitter, self.nuisances)
-        if start.any():
-            fits = [converge(self.fitter, self.nuisances, at) for at in (self._search.at, start)]
+        starts = [self._search.at, *([start] if start.any() else [])]
+        if len(starts) > 1 or any(map(is_usual, self.nuisances)):
+            fits = [converge(self.fitter, self.nuisances, at) for at in starts]
             best = self._search.continue_from(min(fits, key=lambda fit: fit.deviance))
             if self._released(best):
                 return self._begin()
