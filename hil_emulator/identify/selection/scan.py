@@ -15,8 +15,9 @@ from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.levels import DISTINGUISHABLE, NEARLY_ALL, SMALL_PART
 
-NO_EFFECT = 1e-9
-"""Information (gain in chi-square at typical size) up to which an effect is rounding error."""
+NO_EFFECT = 1e-6
+"""Information (gain in chi-square at typical size) up to which an effect is rounding error: of a
+thousand times its typical size, the gain would be 1."""
 
 LEAST_COARSE_PART = 0.1
 """Share of the best candidate's gain below which a sensor error keeps its approximate sensitivity
