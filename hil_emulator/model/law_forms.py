@@ -35,7 +35,7 @@ THIRD_ORDER = 0.3
 """Additional time constant of the spool over that of its second order (assumed)."""
 
 SHORTEST_LAG = 0.2
-"""Part of the usual lag below which none is fitted. Like a change of the spool's frequency and
+"""Part of the usual lag below which zero is fitted. Like a change of the spool's frequency and
 damping it delays, up to 0.5 % of the amplitude at 0.4 of the natural frequency; it would need steps
 as short as itself."""
 

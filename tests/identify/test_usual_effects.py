@@ -43,7 +43,7 @@ def test_an_effect_larger_than_usual_is_a_candidate(size: float, named: bool) ->
 
 
 def test_a_lag_too_short_to_be_seen_is_none() -> None:
-    """Below the least lag, the nearer one of none and the least lag is fitted."""
+    """Below the least lag, the nearer one of zero and the least lag is fitted."""
     lag = next(c for c in parameters.usual(knee_model()) if c.name == "driver_lag")
     least = lag.least / lag.scale
     assert [lag.value(share * least) for share in (0.0, 0.4, 0.6, 1.0)] == [
