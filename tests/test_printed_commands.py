@@ -40,7 +40,8 @@ SHOWN = {
 """Pages with shell blocks, up to the last of these; what follows runs when the pages are built."""
 
 BLOCK = re.compile(
-    r"^(?: *<!-- not run(?:, \"(?P<skipped>[^\"]+)\")?: .+ -->\n(?P<marked>))?"
+    r"^(?: *<!-- not run(?:, \"(?P<skipped>[^\"]+)\")?: [^\n]+ -->\n"
+    r"(?: *<!-- \w+ -->\n)?(?P<marked>))?"
     r"(?P<indent> *)```(?P<kind>\S+)(?: (?P<name>\S+))?\n"
     r"(?::exit: (?P<exit>\d+)\n)?(?P<code>.*?)^(?P=indent)```$",
     re.M | re.S,

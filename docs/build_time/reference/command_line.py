@@ -18,6 +18,7 @@ _NOT_RUN = {
     "characterise": "takes half a minute",
     "conformance": "needs can0 and a device",
     "ctl": "needs a running emulator",
+    "gap": "needs a log of a moving rod",
     "identify": "needs three logs",
 }
 """What an example needs that the test of printed commands lacks, by the name of the command."""
