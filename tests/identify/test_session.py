@@ -116,6 +116,7 @@ def test_an_effect_that_does_not_exist_is_refused() -> None:
         identify(knee(), train, other, Question(only=["internal_leak"]), cache=CACHE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moment", [1, pytest.param(4, marks=FULL)])
 def test_an_interrupted_search_keeps_what_it_found(moment: int) -> None:
     """Before the first round is complete nothing is known; after it, the first effect is."""

@@ -28,7 +28,9 @@ def test_an_oil_that_stiffens_with_pressure_is_reported(rise: float) -> None:
     assert any(note.startswith(law) for note in notes) == (rise > 0.0)
 
 
-@pytest.mark.parametrize(("size", "named"), [(2e-4, False), (2e-3, True)])
+@pytest.mark.parametrize(
+    ("size", "named"), [(2e-4, False), pytest.param(2e-3, True, marks=pytest.mark.slow)]
+)
 def test_an_effect_larger_than_usual_is_a_candidate(size: float, named: bool) -> None:
     """A driver lags by 0.2 ms on every machine; a lag of 2 ms may be named."""
     model = knee_model()
