@@ -50,8 +50,9 @@ USUAL = (
                 "1967, 3.2), or with both drops in series (Borutzky et al. 2002)"),
     UsualEffect("dry friction at rest and in reversal", "dahl_friction", lambda _: 0.7,
                 "tanh, Dahl, LuGre, Karnopp (Armstrong-Helouvry, Dupont and Canudas de Wit 1994)"),
-    UsualEffect("stiffness of the oil", "modulus_pressure", lambda _: 15.0,
-                "5 to 12 of oil alone, more with hoses (Gholizadeh et al. 2011)"),
+    UsualEffect("stiffness of the oil", "modulus_pressure", lambda _: 25.0,
+                "5 to 12 of oil alone, 50 with hoses between 20 and 160 bar (Hoffmann 1981, in "
+                "Gholizadeh et al. 2011)"),
     UsualEffect("stiffness of the oil", "entrained_air", lambda _: 0.003, "assumed: 0.1 to 1 %"),
     UsualEffect("dynamics of the spool", "driver_lag", _further_lag, "coil and driver",
                 SHORTEST_LAG),

@@ -44,8 +44,9 @@ def viscosity_temperature(
 
 @effect(
     oil,
-    knob=Param("rise", "1", "rise of the modulus with pressure", 6.0, 0.0, 20.0),
-    source="linear secant modulus as in Simscape (gain 6)",
+    knob=Param("rise", "1", "rise of the modulus with pressure", 6.0, 0.0, 100.0),
+    source="linear secant modulus as in Simscape (gain 6); with hoses up to 60 (Hoffmann 1981, in "
+    "Gholizadeh et al. 2011)",
     signature="pressure rates grow with pressure",
 )
 def modulus_pressure(bulk_modulus: float, pressure: float, rise: float) -> float:
