@@ -255,8 +255,9 @@ def test_heterogeneous_estimates_show_another_law(
 ) -> None:
     """Differences must be significant, and exceed 12 %, the root of the tolerance of a law."""
     fit, name = search(1e4).rounds[-1].base, "position_friction"
+    effects = [c for c in fit.coordinates if c.name == name]
     estimates = EstimatesByExperiment(1.0, 1, ["", "", ""], values, [deviation**2] * 3)
-    words = heterogeneous_estimates(ReportedModel(fit, {}, {name: estimates}, []))
+    words = heterogeneous_estimates(effects, ReportedModel(fit, {}, {name: estimates}, []))
     assert words == ({name: "single experiments give 70 to 130 % of this value"} if other else {})
 
 
@@ -272,8 +273,9 @@ def test_heterogeneous_estimates_about_zero_are_reported(
     Without that the estimates are not compared.
     """
     fit, name = search(1e4).rounds[-1].base, "position_friction"
+    effects = [c for c in fit.coordinates if c.name == name]
     estimates = EstimatesByExperiment(about, 1, ["", "", ""], [-0.1, 0.0, 0.1], [0.02**2] * 3)
-    words = heterogeneous_estimates(ReportedModel(fit, {}, {name: estimates}, []))
+    words = heterogeneous_estimates(effects, ReportedModel(fit, {}, {name: estimates}, []))
     assert {n: part for n, part in parts.items() if part in words[n]} == parts
     assert bool(words) == bool(parts)
 

@@ -63,6 +63,28 @@ def test_one_more_experiment_lies_among_the_others() -> None:
     assert np.mean(off**2) - 0.01 == pytest.approx(np.mean(reported**2), rel=0.1)
 
 
+def test_the_mean_of_heterogeneous_experiments_is_off_by_the_reported_deviation() -> None:
+    """Their spread over the root of their number; nothing if they agree."""
+    random = np.random.default_rng(6)
+    ratios = []
+    for _ in range(2000):
+        drawn = of((0.3 * random.standard_normal(6)).tolist(), [1e-4] * 6)
+        ratios.append((np.mean(drawn.values), drawn.of_mean))
+    off, reported = np.array(ratios).T
+    assert np.mean(off**2) == pytest.approx(np.mean(reported**2), rel=0.1)
+    assert of([0.9, 1.0, 1.1], [0.04] * 3).of_mean == 0.0
+
+
+def test_an_estimate_less_certain_than_its_prior_is_not_compared() -> None:
+    """An ordinary parameter needs three estimates within its prior, an effect within its size."""
+    values, variances = [0.5, 1.0, 1.5], [0.04] * 3
+    spread = EstimatesByExperiment(0.01, 1, [""] * 3, values, variances, prior=1.0)
+    assert spread.between_experiments > 0.0
+    assert EstimatesByExperiment(0.01, 1, [""] * 3, values, variances).between_experiments == 0.0
+    close = EstimatesByExperiment(0.01, 1, [""] * 3, values, variances, prior=0.1)
+    assert close.between_experiments == 0.0
+
+
 def test_an_estimate_and_its_variance_are_those_of_regression() -> None:
     """In white noise those of least squares, in correlated noise with the larger variance."""
     random = np.random.default_rng(2)

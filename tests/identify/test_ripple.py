@@ -61,7 +61,7 @@ def test_a_law_of_friction_does_not_absorb_ripple(rippling: tuple[Fitter, Fit]) 
     """The error of the friction is within its uncertainty only if ripple is integrated out."""
     fitter, fit = rippling
     white = np.sqrt(np.diag(fit.covariance())[-len(KNOBS) :])
-    final = report_model(fitter, fit, KNOBS, None, [])
+    final = report_model(fitter, fit, None, [])
     assert final is not None
     reported = np.array([final.deviations[c.name] for c in KNOBS])
     before, after = (f.at[-len(KNOBS) :] - TRUE for f in (fit, final.fit))
@@ -72,7 +72,7 @@ def test_a_law_of_friction_does_not_absorb_ripple(rippling: tuple[Fitter, Fit]) 
 
 def test_estimates_of_a_correct_law_agree(rippling: tuple[Fitter, Fit]) -> None:
     """Effects independent of the position have equal estimates in all experiments."""
-    final = report_model(*rippling, KNOBS, None, [])
+    final = report_model(*rippling, None, [])
     assert final is not None
     for name in ("stribeck_friction", "friction_asymmetry"):
         sizes = final.estimates[name]
@@ -82,7 +82,7 @@ def test_estimates_of_a_correct_law_agree(rippling: tuple[Fitter, Fit]) -> None:
 
 def test_correlation_does_not_increase_the_prior_variance(rippling: tuple[Fitter, Fit]) -> None:
     """Stops that the rod never reaches keep the uncertainty of their data sheet."""
-    final = report_model(*rippling, KNOBS, None, [])
+    final = report_model(*rippling, None, [])
     assert final is not None
     assert final.deviations["end_stops"] == pytest.approx(1.0, abs=1e-3)
     white = np.sqrt(np.diag(final.fit.covariance()))
@@ -124,7 +124,7 @@ def test_a_shortened_step_does_not_change_the_experiments_estimates(
     wanted = []
     for part in (1.0, 0.5):
         monkeypatch.setattr(ripple, "PARTS", (part,))
-        final = report_model(fitter, fit, KNOBS, None, [])
+        final = report_model(fitter, fit, None, [])
         assert final is not None
         for name, sizes in final.estimates.items():
             mean = np.average(sizes.values, weights=1.0 / np.array(sizes.variances))

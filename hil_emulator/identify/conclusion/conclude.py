@@ -155,7 +155,7 @@ def _refitted(search: Search, sheet: Mapping[str, SheetQuantity]) -> dict[str, R
         return {}
     deviation = np.sqrt(np.diag(final.covariance()))
     if search.reported_model is not None:
-        deviation = np.array([search.reported_model.deviations[c.name] for c in final.coordinates])
+        deviation = np.array([search.reported_model.deviation(c.name) for c in final.coordinates])
     deviations = np.hypot(deviation, discrepancy_uncertainty(search, final))
     return {
         c.name: Refitted(

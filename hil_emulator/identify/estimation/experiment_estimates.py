@@ -1,7 +1,7 @@
-"""Estimates of one effect from single experiments, and their heterogeneity.
+"""Estimates of one coordinate from single experiments, and their heterogeneity.
 
-If the law of an effect is wrong, its estimate depends on the motion. The spread of the estimates
-beyond their own uncertainty is therefore the uncertainty of the value for another motion.
+If a law is wrong, the estimates of its parameters depend on the motion. Their spread beyond their
+own uncertainty is therefore the uncertainty of the value for another motion.
 """
 
 import math
@@ -27,7 +27,7 @@ def parts_per_experiment(experiments: int) -> int:
 
 @dataclass
 class EstimatesByExperiment:
-    """Estimates of one effect, each with its variance.
+    """Estimates of one coordinate, each with its variance.
 
     Attributes:
         reported: value in the model.
@@ -35,6 +35,7 @@ class EstimatesByExperiment:
         names: of the experiments.
         values: estimate of each experiment.
         variances: of these estimates, with serial correlation.
+        prior: standard deviation of an ordinary parameter's prior; infinite for an effect.
 
     """
 
@@ -43,13 +44,14 @@ class EstimatesByExperiment:
     names: list[str] = field(default_factory=list)
     values: list[float] = field(default_factory=list)
     variances: list[float] = field(default_factory=list)
+    prior: float = math.inf
 
     def add(self, name: str, column: Array | Single, residual: Array, parts: int = 1) -> None:
         """Add the estimate of an experiment, or of its equal parts if it is long enough.
 
         Args:
             name: of the experiment.
-            column: sensitivity to the effect, all other coordinates projected out.
+            column: sensitivity to the coordinate, all other coordinates projected out.
             residual: of the model.
             parts: number of parts.
 
@@ -77,12 +79,13 @@ class EstimatesByExperiment:
 
     @property
     def comparable(self) -> bool:
-        """Whether enough estimates have a standard deviation below the value in the model.
+        """Whether enough estimates are more certain than the prior, or than an effect is large.
 
-        Otherwise the effect is nearly collinear with other coordinates, such as a weight with the
-        preload of a spring, and the data do not determine the estimates.
+        Otherwise the coordinate is nearly collinear with others, such as a weight with the preload
+        of a spring, and the data do not determine the estimates.
         """
-        return sum(variance < self.reported**2 for variance in self.variances) >= FEWEST
+        largest = self.prior if math.isfinite(self.prior) else abs(self.reported)
+        return sum(variance < largest**2 for variance in self.variances) >= FEWEST
 
     @property
     def p_value(self) -> float:
@@ -110,6 +113,11 @@ class EstimatesByExperiment:
         values, weights = np.array(self.values), 1.0 / np.array(self.variances)
         mean = float(weights @ values) / float(np.sum(weights))
         return float(weights @ (values - mean) ** 2)
+
+    @property
+    def of_mean(self) -> float:
+        """Standard deviation of the mean of these experiments, by their heterogeneity alone."""
+        return self.between_experiments / math.sqrt(max(len(self.values), 1))
 
     @property
     def of_new_experiment(self) -> float:

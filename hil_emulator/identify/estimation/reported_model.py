@@ -16,7 +16,6 @@ from hil_emulator.identify.estimation.map_fit import Fitter
 from hil_emulator.identify.estimation.projection import Projection
 from hil_emulator.identify.estimation.ripple import Profiled, Ripple, ripple_applies
 from hil_emulator.identify.measured.experiment import Array, Single
-from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 
 
 @dataclass(frozen=True)
@@ -26,7 +25,7 @@ class ReportedModel:
     Attributes:
         fit: maximum of the likelihood with the friction ripple integrated out.
         deviations: standard deviation of each coordinate, by name.
-        estimates: estimates of each effect from single experiments, by name.
+        estimates: estimates of each coordinate from single experiments, by name.
         terms: free terms that are significant in addition to the ripple.
 
     """
@@ -36,17 +35,24 @@ class ReportedModel:
     estimates: Mapping[str, EstimatesByExperiment]
     terms: Sequence[DiscrepancyTerm]
 
+    def deviation(self, name: str) -> float:
+        """Return the standard deviation of an ordinary parameter with other laws than the model's.
+
+        Args:
+            name: of the coordinate.
+
+        """
+        return math.hypot(self.deviations[name], self.estimates[name].of_mean)
+
 
 def report_model(
-    fitter: Fitter, fit: Fit, effects: Sequence[Coordinate], held: Linearised | None,
-    terms: Sequence[DiscrepancyTerm],
-) -> ReportedModel | None:  # fmt: skip
+    fitter: Fitter, fit: Fit, held: Linearised | None, terms: Sequence[DiscrepancyTerm]
+) -> ReportedModel | None:
     """Return the reported values; None if friction ripple cannot be modelled.
 
     Args:
         fitter: with the training data, frozen at the fit.
         fit: of the final model.
-        effects: named effects.
         held: validation data linearised at the fit, or None.
         terms: free terms, scored at the fit.
 
@@ -54,20 +60,15 @@ def report_model(
     if not ripple_applies(fitter, fit):
         return None
     ripple = Ripple(fitter, fit)
-    named, every = [c.name for c in effects], [c.name for c in fit.coordinates]
+    every = [c.name for c in fit.coordinates]
     trained = list(ripple.profiled(every))
     residual = np.concatenate([one.residual for one in trained])
     parts = parts_per_experiment(len(trained) + (len(held.batch.frozen) if held else 0))
-    estimates: dict[str, EstimatesByExperiment] = {}
-    for name in named:
-        i = every.index(name)
-        estimates[name] = EstimatesByExperiment(float(ripple.fit.at[i]), fitter.correlation_length)
-        for one in trained:
+    estimates = {c.name: EstimatesByExperiment(float(at), fitter.correlation_length, prior=c.prior)
+                 for c, at in zip(fit.coordinates, ripple.fit.at, strict=True)}  # fmt: skip
+    for one in (*trained, *(ripple.profiled(every, held) if held else ())):
+        for i, name in enumerate(every):
             estimates[name].add(one.name, *_at_estimate(one, i, ripple.nonlinear_shift[i]), parts)
-    for one in ripple.profiled(named, held) if held else ():
-        for k, name in enumerate(named):
-            shift = ripple.nonlinear_shift[every.index(name)]
-            estimates[name].add(one.name, *_at_estimate(one, k, shift), parts)
     return ReportedModel(
         ripple.fit, _deviations(fitter, ripple.fit, trained, residual), estimates,
         _remaining(fitter, replace(fit, residual=residual), terms),

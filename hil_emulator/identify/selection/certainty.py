@@ -7,7 +7,7 @@ remains, since every machine has small effects such as friction ripple along the
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.special import stdtr, stdtrit
@@ -218,14 +218,17 @@ def confounding_notes(search: Search, fit: Fit) -> list[str]:
     return [f"{' and '.join(far)}: {part}, and the interval includes that"]
 
 
-def heterogeneous_estimates(model: ReportedModel | None) -> dict[str, str]:
+def heterogeneous_estimates(
+    effects: Sequence[Coordinate], model: ReportedModel | None
+) -> dict[str, str]:
     """Return, by name, effects whose estimates differ between experiments, with the range in words.
 
     The differences are significant, and larger than those of an approximate law.
     """
     if model is None:
         return {}
-    return {name: _range(each) for name, each in model.estimates.items()
+    estimates = {c.name: model.estimates[c.name] for c in effects}
+    return {name: _range(each) for name, each in estimates.items()
             if each.reported and each.p_value < FALSE_ALARM
             and each.between_experiments**2 > LAW_TOLERANCE * each.reported**2}  # fmt: skip
 

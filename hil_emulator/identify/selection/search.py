@@ -353,12 +353,12 @@ class Searcher:
         held = self._held_out(base)
         validation = self.fitter.linearised(base, held) if held is not None else None
         discrepancies = Discrepancies(self.fitter, base, search.effects, validation)
-        search.reported_model = report_model(self.fitter, base, search.effects, validation, terms)
+        search.reported_model = report_model(self.fitter, base, validation, terms)
         names = {c.name for c in search.effects}
         completed = {name: str(c) for name, c in search.completions.items()
                      if name in names and c.part > LAW_TOLERANCE}  # fmt: skip
         displaced = displacing(search.effects, base)
-        unequal = heterogeneous_estimates(search.reported_model)
+        unequal = heterogeneous_estimates(search.effects, search.reported_model)
         remainders = rejected_in_place(search)
         rejected = {name: str(remainder) for name, remainder in remainders.items()}
         search.law_mismatch = {
