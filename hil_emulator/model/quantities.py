@@ -81,7 +81,7 @@ PARAMS: dict[str, tuple[Param, ...]] = {
               "of the seals by the presliding distance", 1e-3, 1e-5, 0.1, "mm/s", default=1e-3,
               spread=factor(3.0)),
         Param("presliding_distance", "m", "dry friction over the stiffness of the seals that hold "
-              "a rod at rest", 2e-5, 1e-7, 0.1, "um", default=2e-5,
+              "a rod at rest", 2e-5, 1e-7, 10.0, "um", default=2e-5,
               source="assumed: 100 N over 5e6 N/m, of 1e5 to 1e7 N/m; pads of a friction damper "
                      "bend by millimetres", spread=factor(10.0)),
     ),

@@ -35,3 +35,14 @@ def test_a_large_step_does_not_lose_the_filter() -> None:
         residual = fitter.residual(free, at)
         errors.append(float(residual @ residual))
     assert max(errors) < 1.1 * min(errors)
+
+
+def test_the_deviance_is_infinite_where_the_filter_diverged() -> None:
+    """A step to such a point is refused: its deviance is not better than any other."""
+    model = PlantModel(load([AXIS.config]), CACHE)
+    free = parameters.ordinary(model)
+    fitter = Fitter(Observer(model, CHANNELS), [campaign(case("medium", 0, 0.5, AXIS))[0][1]])
+    fitter.freeze(free, np.zeros(len(free)))
+    assert np.isfinite(fitter.deviance(free, np.zeros(len(free))))
+    fitter.frozen[0].gains.whitening[-1] = np.nan
+    assert fitter.deviance(free, np.zeros(len(free))) == np.inf

@@ -10,8 +10,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import LEAST_GAIN, Fitter
+from hil_emulator.identify.estimation.outer_iteration import converge
 from hil_emulator.identify.measured.experiment import Array
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
+from hil_emulator.identify.prediction.plant.parameters import is_usual
 
 WIDE = math.log(2.0)
 """Prior standard deviation of a logarithm above which a parameter is searched: a factor of 2."""
@@ -19,41 +21,59 @@ WIDE = math.log(2.0)
 LEVELS = (-2.0, -1.0, 0.0, 1.0, 2.0, 3.0)
 """Values of the search, in prior standard deviations."""
 
+WITHOUT = 5.0
+"""Upper bound, in prior standard deviations, from which it stands for a law without that part: a
+presliding distance of 10 m leaves friction by velocity alone."""
+
 NEARLY_ZERO = 0.8
 """Fraction of the distance to zero of the lowest value: at zero itself the derivative is zero, and
 a fit would not leave it (assumed)."""
 
-SWEEPS = 2
-"""Passes over all parameters: the second one corrects those that compensated for another one."""
-
 
 def coarse_start(fitter: Fitter, free: Sequence[Coordinate]) -> Array:
-    """Minimise the deviance over a few values of each parameter with a wide prior, one by one.
+    """Return the start of the first fit, near the global minimum of the deviance.
+
+    Parameters with wide priors are searched twice: at the configured values of the others, and at
+    those of a short fit. Usual effects remain zero.
 
     Args:
         fitter: with the training data; its filter gains are recomputed.
         free: all coordinates of the fit.
 
     Returns:
-        Coordinates; zero for stated parameters and narrow priors.
+        Coordinates; zero if no prior is wide.
 
     """
-    best = np.zeros(len(free))
+    at = np.zeros(len(free))
     wide = [i for i, c in enumerate(free) if _wide(c)]
     if not wide:
-        return best
-    least = _deviance(fitter, free, best)
-    for i in wide * SWEEPS:
-        for tried in list(_levels(free[i], best, i)):
-            deviance = _deviance(fitter, free, tried)
-            if deviance < least - LEAST_GAIN:
-                least, best = deviance, tried
-    return best
+        return at
+    _, at = _swept(fitter, free, at, wide)
+    ordinary = [i for i, c in enumerate(free) if not is_usual(c)]
+    at[ordinary] = converge(fitter, [free[i] for i in ordinary], at[ordinary], passes=1).at
+    starts = [_swept(fitter, free, at, wide)]
+    for i in (k for k in wide if free[k].bounds[1] > WITHOUT * free[k].prior):
+        without = np.where(np.arange(len(at)) == i, free[i].bounds[1], at)
+        starts.append(_swept(fitter, free, without, [k for k in wide if k != i]))
+    return min(starts, key=lambda start: start[0])[1]
 
 
 def _wide(c: Coordinate) -> bool:
     logarithmic = c.scaling in ("logarithmic", "vanishing")
     return not c.stated and logarithmic and c.prior * c.scale > WIDE
+
+
+def _swept(
+    fitter: Fitter, free: Sequence[Coordinate], best: Array, wide: Sequence[int]
+) -> tuple[float, Array]:
+    """Minimise the deviance over a few values of each wide parameter, one after the other."""
+    least = _deviance(fitter, free, best)
+    for i in wide:
+        for tried in list(_levels(free[i], best, i)):
+            deviance = _deviance(fitter, free, tried)
+            if deviance < least - LEAST_GAIN:
+                least, best = deviance, tried
+    return least, best
 
 
 def _levels(c: Coordinate, at: Array, i: int) -> Iterator[Array]:

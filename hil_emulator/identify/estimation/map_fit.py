@@ -137,10 +137,13 @@ class Fitter:
         """Return -2 log posterior density at the point of the gains, up to a constant.
 
         Fits with different gains are compared by their deviance, fits with the same gains by
-        chi-square. NaN if the covariance of the innovations does not depend on the point.
+        chi-square. NaN if the covariance of the innovations does not depend on the point; infinite
+        if the filter diverges there.
         """
-        residual = self.residual(coordinates, at)
-        return self.loss(coordinates, at, residual) + self.batch.log_determinant()
+        log_determinant = self.batch.log_determinant()
+        if math.isinf(log_determinant):
+            return math.inf
+        return self.loss(coordinates, at, self.residual(coordinates, at)) + log_determinant
 
     def cost(self, coordinates: Sequence[Coordinate], at: Array) -> float:
         """Return the computing time of a residual at a point over the usual time."""

@@ -168,14 +168,9 @@ class Searcher:
     def _begin(self) -> Search:
         self.report("choosing starting values")
         self._search = Search(self.nuisances)
-        self._search.at = np.zeros(len(self.nuisances))
-        start = coarse_start(self.fitter, self.nuisances)
-        starts = [self._search.at, *([start] if start.any() else [])]
-        if len(starts) > 1 or any(map(is_usual, self.nuisances)):
-            fits = [converge(self.fitter, self.nuisances, at) for at in starts]
-            best = self._search.continue_from(min(fits, key=lambda fit: fit.deviance))
-            if self._released(best):
-                return self._begin()
+        self._search.at = coarse_start(self.fitter, self.nuisances)
+        if any(map(is_usual, self.nuisances)) and self._released(self._converged(self._search)):
+            return self._begin()
         return self._search
 
     def _released(self, base: Fit) -> bool:

@@ -35,8 +35,8 @@ TRIED_SIZES = (0.1, 0.3, 1.0, 3.0)
 """Sizes at which a strongly nonlinear effect is evaluated, in typical sizes (assumed)."""
 
 SLOW_FACTOR = 3.0
-"""Ratio to the usual computing time above which a size other than the typical one is skipped: a
-nearly rigid coupling makes the model stiff and has no effect (assumed)."""
+"""Ratio to the computing time without the effect above which a size other than the typical one is
+skipped: a nearly rigid coupling makes the model stiff and has no effect (assumed)."""
 
 RESTART_ITERATIONS = 3
 """Iterations of a refit from configured parameters."""
@@ -148,7 +148,8 @@ class NonlinearCheck:
         fit, fitter = self._fit, self._fitter
         free = [*fit.coordinates, scores[0].coordinate]
         points = [np.append(fit.at + s.estimate * s.response, s.estimate) for s in scores]
-        slow = [abs(p[-1]) < TRIED_SIZES[1] and fitter.cost(free, p) > SLOW_FACTOR for p in points]
+        most = SLOW_FACTOR * fitter.cost(fit.coordinates, fit.at)
+        slow = [abs(p[-1]) < TRIED_SIZES[1] and fitter.cost(free, p) > most for p in points]
         tried = [p for p, skipped in zip(points, slow, strict=True) if not skipped]
         deltas = self._deltas_at(free, tried, fit.chi2 - least)
         return [-math.inf if skipped else next(deltas) for skipped in slow]
@@ -234,9 +235,10 @@ def trial_points(fitter: Fitter, score: Score, fit: Fit, sizes: Sequence[float])
     """Yield a fit's coordinates with a candidate at each feasible size that is not expensive."""
     low, high = score.coordinate.bounds
     free = [*fit.coordinates, score.coordinate]
+    most = SLOW_FACTOR * fitter.cost(fit.coordinates, fit.at)
     for size in sizes:
         point = np.append(fit.at, size)
-        slow = abs(size) != 1.0 and fitter.cost(free, point) > SLOW_FACTOR
+        slow = abs(size) != 1.0 and fitter.cost(free, point) > most
         if low <= size <= high and size != 0.0 and not slow:
             yield point
 

@@ -262,9 +262,15 @@ class Observer:
         return columns.reshape(terms.shape[1], -1)
 
     def log_determinant(self, frozen: Frozen) -> float:
-        """Return the logarithm of the determinant of the innovations' covariance."""
+        """Return the logarithm of the determinant of the innovations' covariance.
+
+        Infinite if the filter diverged.
+        """
         counted = ~frozen.data.settling
-        roots = np.linalg.slogdet(frozen.gains.whitening[counted].astype(np.float64))[1]
+        whitening = frozen.gains.whitening[counted].astype(np.float64)
+        if not np.isfinite(whitening).all():
+            return math.inf
+        roots = np.linalg.slogdet(whitening)[1]
         present = np.isfinite(frozen.data.measured[counted]).sum(axis=0)
         return -2.0 * float(roots.sum() + present @ np.log(frozen.weights))
 
