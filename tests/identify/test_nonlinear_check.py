@@ -11,7 +11,7 @@ from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.selection.scan import scan
 from hil_emulator.identify.selection.search import Searcher
-from hil_emulator.identify.selection.starts import NonlinearCheck
+from hil_emulator.identify.selection.starts import SLOW_FACTOR, NonlinearCheck, trial_points
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
 DELAY = 7e-4
@@ -63,3 +63,18 @@ def test_an_effect_masked_by_a_parameter_is_proposed(
     best = NonlinearCheck(fitter, fit).masked_by_nuisance(scores, first, 1)
     assert [s.coordinate.name for s in best] == ["overlap", "transport_delay"]
     assert best[1].estimate * delay.scale == pytest.approx(DELAY, rel=0.05)
+
+
+def test_sizes_are_tried_next_to_steep_friction() -> None:
+    """A size is skipped if it makes the model slow, not if friction makes it slow anyway."""
+    model = knee_model()
+    free = [c for c in parameters.ordinary(model) if c.name == "friction_transition_velocity"]
+    spring = effect("load_spring")
+    fitter = Fitter(Observer(model, INSTRUMENTS), [recorded({}, "steps", 3, 0.2)])
+    steep = np.array([free[0].at(1e-5)])
+    fitter.freeze(free, steep)
+    fit = fitter.fit(free, steep, 0)
+    assert fitter.cost(free, fit.at) > SLOW_FACTOR
+    score = scan(fitter, fit, [spring])[0]
+    points = trial_points(fitter, score, fit, (0.1, 0.3, 1.0))
+    assert [point[-1] for point in points] == [0.1, 0.3, 1.0]
