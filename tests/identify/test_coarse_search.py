@@ -1,8 +1,11 @@
 """Coarse search for the start of the first fit."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from hil_emulator.identify.estimation import coarse_search
 from hil_emulator.identify.estimation.coarse_search import coarse_start
 from hil_emulator.identify.estimation.identifiability import identifiable
 from hil_emulator.identify.estimation.map_fit import Fitter
@@ -42,6 +45,22 @@ def test_friction_by_velocity_alone_is_found() -> None:
     creeping = fitted(friction_presliding_distance=10.0, friction_transition_velocity=5e-3)
     assert creeping["friction_presliding_distance"] > 0.05  # longer than the rod moves
     assert creeping["friction_transition_velocity"] == pytest.approx(5e-3, rel=0.1)
+
+
+def test_of_a_long_recording_the_stretch_with_the_strongest_motion_is_searched(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A rod at rest for a second, before it moves for half a second."""
+    monkeypatch.setattr(coarse_search, "ENOUGH", 500)
+    moved = recorded({"friction_transition_velocity": 0.01}, "multisine", 3, 0.5)
+    resting = {name: np.repeat(values[:1], 1000) for name, values in moved.readings.items()}
+    readings = {name: np.append(resting[name], moved.readings[name]) for name in resting}
+    current = np.append(np.zeros(1000), moved.current)
+    rested = Fitter(Observer(knee_model(), INSTRUMENTS),
+                    [replace(moved, current=current, readings=readings)])  # fmt: skip
+    free = parameters.ordinary(knee_model())
+    start = dict(zip([c.name for c in free], coarse_start(rested, free).tolist(), strict=True))
+    assert start["friction_transition_velocity"] > 1.0
 
 
 def test_a_fit_with_a_missing_effect_ends_no_worse_than_it_began() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from hil_emulator.identify.estimation.map_fit import LEAST_GAIN, Fitter
 from hil_emulator.identify.estimation.outer_iteration import converge
-from hil_emulator.identify.measured.experiment import Array
+from hil_emulator.identify.measured.experiment import Array, Experiment
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.prediction.plant.parameters import is_usual
 
@@ -29,15 +29,19 @@ NEARLY_ZERO = 0.8
 """Fraction of the distance to zero of the lowest value: at zero itself the derivative is zero, and
 a fit would not leave it (assumed)."""
 
+ENOUGH = 10_000
+"""Samples of the search. What differs by a factor of two shows in less than a second of motion."""
+
 
 def coarse_start(fitter: Fitter, free: Sequence[Coordinate]) -> Array:
     """Return the start of the first fit, near the global minimum of the deviance.
 
     Parameters with wide priors are searched twice: at the configured values of the others, and at
-    those of a short fit. Usual effects remain zero.
+    those of a short fit. Usual effects remain zero. Of long data, the stretch with the strongest
+    motion is used.
 
     Args:
-        fitter: with the training data; its filter gains are recomputed.
+        fitter: with the training data.
         free: all coordinates of the fit.
 
     Returns:
@@ -48,6 +52,8 @@ def coarse_start(fitter: Fitter, free: Sequence[Coordinate]) -> Array:
     wide = [i for i, c in enumerate(free) if _wide(c)]
     if not wide:
         return at
+    most = ENOUGH // len(fitter.experiments)
+    fitter = fitter.on([_liveliest(e, most) for e in fitter.experiments])
     _, at = _swept(fitter, free, at, wide)
     ordinary = [i for i, c in enumerate(free) if not is_usual(c)]
     at[ordinary] = converge(fitter, [free[i] for i in ordinary], at[ordinary], passes=1).at
@@ -56,6 +62,19 @@ def coarse_start(fitter: Fitter, free: Sequence[Coordinate]) -> Array:
         without = np.where(np.arange(len(at)) == i, free[i].bounds[1], at)
         starts.append(_swept(fitter, free, without, [k for k in wide if k != i]))
     return min(starts, key=lambda start: start[0])[1]
+
+
+def _liveliest(e: Experiment, samples: int) -> Experiment:
+    """Return the stretch of so many samples with the largest variance of the set point.
+
+    Without a set point, the variance of the first channel decides.
+    """
+    if e.samples <= samples:
+        return e
+    signal = e.current if len(e.current) else next(iter(e.readings.values()))
+    begins = range(0, e.samples - samples + 1, samples)
+    begin = max(begins, key=lambda i: float(np.nanvar(signal[i : i + samples])))
+    return e.between(begin, begin + samples)
 
 
 def _wide(c: Coordinate) -> bool:

@@ -71,6 +71,10 @@ class Fitter:
         other.batch = batch
         return other
 
+    def on(self, experiments: Sequence[Experiment]) -> "Fitter":
+        """Return a fitter with other training data."""
+        return Fitter(self.predictor, experiments, self._pool)
+
     def release(self) -> None:
         """Delete the frozen experiments, which are large for long recordings."""
         self.batch, self._cached = LocalBatch(self.predictor, []), None

@@ -1,6 +1,6 @@
 """One experiment on a uniform time grid: the input of the predictor."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -86,6 +86,14 @@ class Experiment:
         rows = len(self.current)
         held = BetweenRows(self.current[:, None], np.zeros(rows), np.zeros(rows, np.bool_))
         return self.course or held
+
+    def between(self, begin: int, end: int) -> "Experiment":
+        """Return the samples from one to before another, as an experiment."""
+        rows, course = slice(begin, end), self.course
+        if course is not None:
+            course = BetweenRows(course.current[rows], course.unknown[rows], course.jumps[rows])
+        readings = {name: values[rows] for name, values in self.readings.items()}
+        return replace(self, current=self.current[rows], readings=readings, course=course)
 
     def matrix(self, channels: tuple[str, ...]) -> Array:
         """Return the readings, shape (samples, channels)."""
