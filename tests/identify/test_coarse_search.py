@@ -18,8 +18,8 @@ REYNOLDS, VISCOSITY = "valve_critical_reynolds_number", "oil_kinematic_viscosity
 
 
 def fitter(**changes: float) -> Fitter:
-    """Return a fitter of a short recording of a machine."""
-    data = [recorded(changes, "multisine", 3, 0.5)]
+    """Return a fitter of two short recordings of a machine."""
+    data = [recorded(changes, kind, 3, 1.0) for kind in ("multisine", "steps")]
     return Fitter(Observer(knee_model(), INSTRUMENTS), data)
 
 
@@ -45,6 +45,13 @@ def test_friction_by_velocity_alone_is_found() -> None:
     creeping = fitted(friction_presliding_distance=10.0, friction_transition_velocity=5e-3)
     assert creeping["friction_presliding_distance"] > 0.05  # longer than the rod moves
     assert creeping["friction_transition_velocity"] == pytest.approx(5e-3, rel=0.1)
+
+
+@pytest.mark.parametrize("distance", [4e-6, 1.2e-4])
+def test_seals_that_bend_far_more_or_less_than_usual_ones_are_found(distance: float) -> None:
+    """Held by them, the rod resonates: the deviance has several valleys over the distance."""
+    machine = fitted(friction_presliding_distance=distance)
+    assert machine["friction_presliding_distance"] == pytest.approx(distance, rel=0.1)
 
 
 def test_of_a_long_recording_the_stretch_with_the_strongest_motion_is_searched(

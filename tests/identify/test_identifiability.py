@@ -3,6 +3,7 @@
 import pytest
 
 from hil_emulator.identify.estimation.identifiability import identifiable
+from hil_emulator.identify.experiment_design import practice
 from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant.coordinate import Coordinate
 from hil_emulator.identify.prediction.plant.parameters import ordinary
@@ -28,6 +29,14 @@ def test_one_coordinate_represents_a_product(free: list[Coordinate]) -> None:
     (edge,) = [c for c in free if c.field in EDGE]
     assert {edge.field, *edge.also} == EDGE
     assert edge.prior > 1.0
+
+
+def test_a_weak_factor_of_a_product_is_not_fitted_alone() -> None:
+    """The density changes these readings by so little that noise of differences shows as well."""
+    model = knee_model()
+    logs = practice.campaign(practice.ground(model, (), 12), practice.TRAINING, 2.0)
+    free = identifiable(Observer(model, INSTRUMENTS), logs, ordinary(model))
+    assert "oil_density" not in [c.name for c in free]
 
 
 def test_parameters_without_influence_are_not_fitted(free: list[Coordinate]) -> None:

@@ -5,6 +5,7 @@ import pytest
 
 from hil_emulator.identify.conclusion.other_forms import other_forms
 from hil_emulator.identify.estimation.map_fit import Fitter
+from hil_emulator.identify.experiment_design import practice
 from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant import parameters
 from hil_emulator.identify.selection.search import Searcher
@@ -52,3 +53,16 @@ def test_a_lag_too_short_to_be_seen_is_none() -> None:
         0.0, 0.0, pytest.approx(lag.least), pytest.approx(lag.least),
     ]  # fmt: skip
     assert lag.value(2.0 * least) == pytest.approx(2.0 * lag.least)
+
+
+def test_the_first_fit_of_a_fitter_does_not_stop_at_its_start() -> None:
+    """The first derivatives may be too coarse for any step; then they are computed once more."""
+    model = knee_model()
+    free = [c for c in parameters.ordinary(model) if c.name.startswith("valve_")]
+    free += [c for c in parameters.usual(model) if c.name == "driver_lag"]
+    logs = practice.campaign(practice.ground(model, (), 12), practice.TRAINING[:1], 1.0)
+    fitter = Fitter(Observer(model, INSTRUMENTS), logs)
+    start = np.array([free[-1].least / free[-1].scale if c is free[-1] else 0.0 for c in free])
+    fitter.freeze(free, start)
+    before = fitter.loss(free, start, fitter.residual(free, start))
+    assert fitter.fit(free, start, 1).chi2 < 0.5 * before

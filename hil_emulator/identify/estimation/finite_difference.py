@@ -56,6 +56,10 @@ class Steps:
     def __init__(self) -> None:
         self._sensitivity: dict[str, float] = {}
 
+    def learned(self, coordinates: Sequence[Coordinate]) -> bool:
+        """Return whether there are earlier derivatives by all coordinates."""
+        return all(c.name in self._sensitivity for c in coordinates)
+
     def of(self, wanted: Derivative) -> float:
         """Return the step of a derivative; 0 if the bounds of the coordinate coincide."""
         coordinate, at = wanted.coordinate, float(wanted.at[wanted.by])

@@ -25,6 +25,13 @@ ONE_PRODUCT = 0.999
 """Cosine between the derivatives by two unstated parameters above which only their product is
 fitted: they then differ by less than 5 %."""
 
+LEAST_APART = 1.0
+"""Chi-square of one prior standard deviation, without the part along another parameter, up to which
+only their product is fitted: the prior determines the parameter more precisely than the data."""
+
+MOSTLY = 0.5
+"""Smallest squared cosine between such parameters: the greater part is common."""
+
 
 def identifiable(
     predictor: Predictor, experiments: Sequence[Experiment], free: Sequence[Coordinate],
@@ -58,17 +65,25 @@ def identifiable(
 def _combined(free: Sequence[Coordinate], slopes: Array) -> list[Coordinate]:
     """Return the coordinates whose slopes, shape (residuals, coordinates), are large enough."""
     power = np.sum(slopes**2, axis=0)
-    units = slopes / np.sqrt(np.maximum(power, 1e-300))
     kept: dict[int, Coordinate] = {}
     for i in np.argsort(-power, kind="stable"):
         if power[i] < LEAST_CHI2:
             break
-        collinear = [] if free[i].stated else [j for j in kept if not free[j].stated
-                     and abs(units[:, i] @ units[:, j]) > ONE_PRODUCT]  # fmt: skip
-        if not collinear:
+        others = [] if free[i].stated else [j for j in kept if not free[j].stated]
+        j = _inseparable(slopes[:, i], slopes[:, others])
+        if j is None:
             kept[i] = free[i]
             continue
-        one, more = kept[collinear[0]], math.sqrt(power[i] / power[collinear[0]])
+        one, more = kept[others[j]], math.sqrt(power[i] / power[others[j]])
         also = (*one.also, free[i].field)
-        kept[collinear[0]] = replace(one, prior=math.hypot(one.prior, more), also=also)
+        kept[others[j]] = replace(one, prior=math.hypot(one.prior, more), also=also)
     return [kept[i] for i in sorted(kept)]
+
+
+def _inseparable(slope: Array, others: Array) -> int | None:
+    """Return the index of the most similar slope, if the data determine only the product."""
+    cosines = np.abs(slope @ others) / np.linalg.norm(others, axis=0) / np.linalg.norm(slope)
+    if not len(cosines) or cosines.max() ** 2 < MOSTLY:
+        return None
+    apart = float(slope @ slope) * (1.0 - cosines.max() ** 2)
+    return int(cosines.argmax()) if cosines.max() > ONE_PRODUCT or apart < LEAST_APART else None

@@ -249,6 +249,8 @@ class Fitter:
         sensitivities = None if jacobian is None else jacobian.astype(np.float64)
         low, high = np.array([c.bounds for c in free]).reshape(-1, 2).T
         bounds = low, high
+        # without an earlier one, the steps of a derivative may be too long
+        accurate = self._steps.learned(free)
         for i in range(rounds):
             if sensitivities is None:
                 sensitivities = self.jacobian(free, at, residual)
@@ -257,6 +259,10 @@ class Fitter:
             first = i == 0 and jacobian is None
             trial_steps = steps(sensitivities, residual, weights, at, bounds, first)
             better = self._improved(free, at, chi2, bounds, trial_steps)
+            if better is None and first and not accurate:
+                sensitivities = self.jacobian(free, at, residual)
+                trial_steps = steps(sensitivities, residual, weights, at, bounds, first)
+                better = self._improved(free, at, chi2, bounds, trial_steps)
             if better is None:
                 converged = True
                 break

@@ -93,6 +93,7 @@ class Searcher:
         self._all_candidates = list(candidates)
         self.nuisances = list(nuisances)
         self.report = report
+        self._large: dict[str, Coordinate] = {}
         self._search = Search(self.nuisances)
 
     def stopped(self) -> Search:
@@ -133,6 +134,9 @@ class Searcher:
             if not current.accepted:
                 self._refit_independent(search, current)
             current = self._with_reestimated_noise(search, current)
+            if current.accepted and self._usual_after_all(search, current):
+                search.rounds.pop()
+                continue
             if current.accepted:
                 self._accept(search, current)
             current.slim()
@@ -181,10 +185,25 @@ class Searcher:
 
         """
         named = {c.name for c in self._all_candidates}
-        large = {c.name for c, at in zip(base.coordinates, base.at, strict=True)
-                 if is_usual(c) and at > MOST_USUAL}  # fmt: skip
-        self.nuisances = [c for c in self.nuisances if c.name not in large & named]
-        return bool(large & named)
+        large = {c.name: c for c, at in zip(base.coordinates, base.at, strict=True)
+                 if is_usual(c) and at > MOST_USUAL and c.name in named}  # fmt: skip
+        self._large |= large
+        self.nuisances = [c for c in self.nuisances if c.name not in large]
+        return bool(large)
+
+    def _usual_after_all(self, search: Search, current: Round) -> bool:
+        """Return whether the best candidate is an effect that seemed larger than usual, and is not.
+
+        With the effects in the model that had made it seem so, it becomes an ordinary parameter.
+        """
+        fit = current.trials[0].fit
+        knob, usual = fit.coordinates[-1], self._large.get(fit.coordinates[-1].name)
+        if usual is None or usual.at(size := knob.value(float(fit.at[-1]))) > MOST_USUAL:
+            return False
+        search.at = np.insert(search.at, len(search.nuisances), usual.at(size))
+        search.nuisances.append(usual)
+        del self._large[usual.name]
+        return True
 
     @property
     def candidates(self) -> list[Coordinate]:
