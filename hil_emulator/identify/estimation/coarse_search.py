@@ -22,7 +22,7 @@ FROM, TO = -2.0, 3.0
 """Range of the search, in prior standard deviations."""
 
 FINE = 0.46
-"""Logarithm of the ratio 1.6 of neighbouring values of the second search. A rod that is held by the
+"""Logarithm of the ratio 1.6 of neighbouring values of the fine search. A rod that is held by the
 bend of its seals resonates; with a stiffness 1.6 times off, its frequency is a quarter off."""
 
 WITHOUT = 5.0
@@ -34,15 +34,16 @@ NEARLY_ZERO = 0.8
 a fit would not leave it (assumed)."""
 
 ENOUGH = 10_000
-"""Samples of the search. What differs by a factor of two shows in less than a second of motion."""
+"""Samples of the search (assumed). With half of them, the wrong valley was chosen for one of six
+machines."""
 
 
 def coarse_start(fitter: Fitter, free: Sequence[Coordinate]) -> Array:
     """Return the start of the first fit, near the global minimum of the deviance.
 
-    Parameters with wide priors are searched at the values of two short fits, one from configured
-    values and one after a coarse search. Usual effects remain zero. Of long data, the stretch with
-    the strongest motion is used.
+    Parameters with wide priors are searched at the values of the better one of two short fits, from
+    configured values and after a coarse search. Usual effects remain zero. Of long data, the
+    stretch with the strongest motion is used.
 
     Args:
         fitter: with the training data.
