@@ -14,6 +14,7 @@ from hil_emulator.identify.prediction.observer.observer import Observer
 from hil_emulator.identify.prediction.plant import parameters
 from tests.identify.rig_data import INSTRUMENTS, knee_model, recorded
 
+SLOW = pytest.mark.slow
 REYNOLDS, VISCOSITY = "valve_critical_reynolds_number", "oil_kinematic_viscosity"
 
 
@@ -31,7 +32,9 @@ def fitted(**changes: float) -> dict[str, float]:
     return {c.name: c.value(at) for c, at in zip(free, fit.at, strict=True)}
 
 
-@pytest.mark.parametrize("factor", [8.0, 1.0, 1 / 7])
+@pytest.mark.parametrize(
+    "factor", [pytest.param(8.0, marks=SLOW), 1.0, pytest.param(1 / 7, marks=SLOW)]
+)
 def test_an_unstated_number_that_is_far_off_is_found(factor: float) -> None:
     """Edges turn turbulent at a product of number and viscosity, which is all that data show."""
     usual = 14.7 * 46e-6
@@ -47,7 +50,7 @@ def test_friction_by_velocity_alone_is_found() -> None:
     assert creeping["friction_transition_velocity"] == pytest.approx(5e-3, rel=0.1)
 
 
-@pytest.mark.parametrize("distance", [4e-6, 1.2e-4])
+@pytest.mark.parametrize("distance", [pytest.param(4e-6, marks=SLOW), 1.2e-4])
 def test_seals_that_bend_far_more_or_less_than_usual_ones_are_found(distance: float) -> None:
     """Held by them, the rod resonates: the deviance has several valleys over the distance."""
     machine = fitted(friction_presliding_distance=distance)
