@@ -37,6 +37,9 @@ ENOUGH = 10_000
 """Samples of the search (assumed). With half of them, the wrong valley was chosen for one of six
 machines."""
 
+SHORTEST = 500
+"""Samples of an experiment that are used at least (assumed)."""
+
 
 def coarse_start(fitter: Fitter, free: Sequence[Coordinate]) -> Array:
     """Return the start of the first fit, near the global minimum of the deviance.
@@ -57,12 +60,13 @@ def coarse_start(fitter: Fitter, free: Sequence[Coordinate]) -> Array:
     wide = [i for i, c in enumerate(free) if _wide(c)]
     if not wide:
         return at
-    most = ENOUGH // len(fitter.experiments)
+    most = max(ENOUGH // len(fitter.experiments), SHORTEST)
     fitter = fitter.on([_liveliest(e, most) for e in fitter.experiments])
     begins = at, _swept(fitter, free, at, wide, 1.0)[1]
     fitted = [_shortly_fitted(fitter, free, begin) for begin in begins]
     starts = [_swept(fitter, free, min(fitted, key=lambda one: one[0])[1], wide)]
     best = starts[0][1]
+    # laws without one of their parts are another valley
     for i in (k for k in wide if free[k].bounds[1] > WITHOUT * free[k].prior):
         without = np.where(np.arange(len(best)) == i, free[i].bounds[1], best)
         starts.append(_swept(fitter, free, without, [k for k in wide if k != i]))

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 
@@ -66,7 +67,7 @@ def report_model(
     parts = parts_per_experiment(len(trained) + (len(held.batch.frozen) if held else 0))
     estimates = {c.name: EstimatesByExperiment(float(at), fitter.correlation_length, prior=c.prior)
                  for c, at in zip(fit.coordinates, ripple.fit.at, strict=True)}  # fmt: skip
-    for one in (*trained, *(ripple.profiled(every, held) if held else ())):
+    for one in chain(trained, ripple.profiled(every, held) if held else ()):
         for i, name in enumerate(every):
             estimates[name].add(one.name, *_at_estimate(one, i, ripple.nonlinear_shift[i]), parts)
     return ReportedModel(
