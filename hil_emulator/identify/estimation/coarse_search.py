@@ -53,12 +53,12 @@ def coarse_start(fitter: Fitter, free: Sequence[Coordinate]) -> Array:
         free: all coordinates of the fit.
 
     Returns:
-        Coordinates; zero if no prior is wide.
+        Coordinates; zero if no prior is wide, or if the deviance is unknown.
 
     """
     at = np.zeros(len(free))
     wide = [i for i, c in enumerate(free) if _wide(c)]
-    if not wide:
+    if not wide or math.isnan(_deviance(fitter, free, at)):
         return at
     most = max(ENOUGH // len(fitter.experiments), SHORTEST)
     fitter = fitter.on([_liveliest(e, most) for e in fitter.experiments])
